@@ -1,0 +1,268 @@
+//! The thin lens, once, for every method: f64 and free of any GPU.
+//!
+//! Symbols are those of Lee, Kim and Choi, "Real-Time Depth-of-Field Rendering Using
+//! Anisotropically Filtered Mipmap Interpolation" (TVCG 2009), section 3.2:
+//! E, F, dr, ds, DPI and df. With depth d along the optical axis,
+//!
+//! ```text
+//! K    = DPI * (ds / dr) * E * F / (df - F)      [px]    needs df > F
+//! c(d) = K * (1 - df / d)                        [px]    signed CoC diameter
+//! ```
+//!
+//! which is equations (3) and (4) of that paper with the sign kept: c < 0 in front of
+//! the focus distance, c > 0 behind it, c -> K at infinity.
+
+use crate::aperture::Aperture;
+
+/// Millimetres in a metre: lenses are given in millimetres, scenes in metres.
+pub const MM_PER_M: f64 = 1000.0;
+
+/// A lens (or eye), the display its image is shown on, and where it is focused.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Lens {
+    /// E: effective diameter of the aperture (the pupil), mm; 0 is a pinhole.
+    #[serde(rename = "E")]
+    pub aperture_diameter_mm: f64,
+    /// F: focal length, mm.
+    #[serde(rename = "F")]
+    pub focal_length_mm: f64,
+    /// dr: distance from the lens to the image plane (the retina, the sensor), mm.
+    #[serde(rename = "dr")]
+    pub image_distance_mm: f64,
+    /// ds: distance from the lens to the screen on which the image is shown, mm.
+    #[serde(rename = "ds")]
+    pub screen_distance_mm: f64,
+    /// DPI: pixel density of that screen, px per mm.
+    #[serde(rename = "dpi")]
+    pub density_px_per_mm: f64,
+    /// df: focus distance, metres in the scene; may be infinite.
+    #[serde(rename = "focus_m")]
+    pub focus_distance_m: f64,
+    /// The intensity distribution over the aperture.
+    #[serde(default)]
+    pub aperture: Aperture,
+}
+
+/// What makes a lens impossible: which value, and which bound it breaks.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum LensError {
+    /// A value that is NaN or infinite where it must not be.
+    #[error("{symbol} ({name}) is {value}: it must be a finite number")]
+    NotFinite {
+        /// The papers' symbol.
+        symbol: &'static str,
+        /// What the symbol stands for.
+        name: &'static str,
+        /// The value given.
+        value: f64,
+    },
+    /// A value at or below its lower bound.
+    #[error("{symbol} ({name}) is {value} {unit}: it must be {bound}")]
+    OutOfBounds {
+        /// The papers' symbol.
+        symbol: &'static str,
+        /// What the symbol stands for.
+        name: &'static str,
+        /// The value given, in `unit`.
+        value: f64,
+        /// Unit of `value`.
+        unit: &'static str,
+        /// The bound in words, such as "above 0".
+        bound: &'static str,
+    },
+    /// The focus distance does not exceed the focal length: no image forms.
+    #[error(
+        "focus distance df = {focus_distance_mm} mm does not exceed the focal length F = {focal_length_mm} mm, \
+         so no image forms: move the focus farther or choose a shorter focal length"
+    )]
+    FocusInsideFocalLength {
+        /// df, mm.
+        focus_distance_mm: f64,
+        /// F, mm.
+        focal_length_mm: f64,
+    },
+}
+
+/// The signed CoC diameter as an affine function of reciprocal depth:
+/// `c = k_px - k_df_px_m / d`. With the reversed infinite depth buffer `z = near / d`
+/// this is `c = k_px - (k_df_px_m / near) * z`: no division, exact at infinity.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CocOfDepth {
+    /// K, the CoC diameter at infinity, px.
+    pub k_px: f64,
+    /// K * df, px m; finite even where df is not.
+    pub k_df_px_m: f64,
+}
+
+impl CocOfDepth {
+    /// Signed CoC diameter, px, at depth `d_m` metres (may be infinite).
+    pub fn at_depth(&self, d_m: f64) -> f64 {
+        self.k_px - self.k_df_px_m / d_m
+    }
+
+    /// The factor of the stored depth `z = near / d`, px: `c = k_px - slope * z`.
+    pub fn slope_px(&self, near_m: f64) -> f64 {
+        self.k_df_px_m / near_m
+    }
+
+    /// Signed CoC diameter, px, at the stored depth `z = near / d`.
+    pub fn at_stored(&self, z: f64, near_m: f64) -> f64 {
+        self.k_px - self.slope_px(near_m) * z
+    }
+
+    /// Depth, metres, at which the signed CoC diameter is `c_px`; infinite at or beyond K.
+    pub fn depth_at(&self, c_px: f64) -> f64 {
+        if c_px >= self.k_px { f64::INFINITY } else { self.k_df_px_m / (self.k_px - c_px) }
+    }
+}
+
+/// Mean and extremes of the CoC over an image.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
+pub struct CocStatistics {
+    /// Mean of the CoC diameter |c|, px: the papers' control variable.
+    pub mean_px: f64,
+    /// 95th percentile of |c|, px.
+    pub p95_px: f64,
+    /// Least signed CoC diameter, px.
+    pub min_signed_px: f64,
+    /// Greatest signed CoC diameter, px.
+    pub max_signed_px: f64,
+}
+
+impl Lens {
+    /// Focus distance df, mm.
+    pub fn focus_distance_mm(&self) -> f64 {
+        self.focus_distance_m * MM_PER_M
+    }
+
+    /// Errors unless the lens can form an image: finite values, E >= 0, the others
+    /// positive, df > F.
+    pub fn check(&self) -> Result<(), LensError> {
+        let values = [
+            ("E", "aperture diameter", self.aperture_diameter_mm),
+            ("F", "focal length", self.focal_length_mm),
+            ("dr", "distance to the image plane", self.image_distance_mm),
+            ("ds", "distance to the screen", self.screen_distance_mm),
+            ("DPI", "pixel density", self.density_px_per_mm),
+        ];
+        for (symbol, name, value) in values {
+            if !value.is_finite() {
+                return Err(LensError::NotFinite { symbol, name, value });
+            }
+            let unit = if symbol == "DPI" { "px/mm" } else { "mm" };
+            if symbol == "E" && value < 0.0 {
+                return Err(LensError::OutOfBounds { symbol, name, value, unit, bound: "0 or more" });
+            }
+            if symbol != "E" && value <= 0.0 {
+                return Err(LensError::OutOfBounds { symbol, name, value, unit, bound: "above 0" });
+            }
+        }
+        if self.focus_distance_m.is_nan() {
+            let value = self.focus_distance_m;
+            return Err(LensError::NotFinite { symbol: "df", name: "focus distance", value });
+        }
+        if self.focus_distance_mm() <= self.focal_length_mm {
+            return Err(LensError::FocusInsideFocalLength {
+                focus_distance_mm: self.focus_distance_mm(),
+                focal_length_mm: self.focal_length_mm,
+            });
+        }
+        // Each value may be finite and their product still not be: the shaders need it.
+        if !(self.k_df_px_mm().is_finite() && self.k_px().is_finite()) {
+            let value = self.k_df_px_mm();
+            return Err(LensError::NotFinite { symbol: "K", name: "CoC diameter at infinity", value });
+        }
+        Ok(())
+    }
+
+    /// DPI * ds/dr * E * F, px mm: K * (df - F).
+    fn strength_px_mm(&self) -> f64 {
+        self.density_px_per_mm
+            * (self.screen_distance_mm / self.image_distance_mm)
+            * self.aperture_diameter_mm
+            * self.focal_length_mm
+    }
+
+    /// K: CoC diameter at infinity, px. TVCG 2009, equations (3) and (4).
+    pub fn k_px(&self) -> f64 {
+        self.strength_px_mm() / (self.focus_distance_mm() - self.focal_length_mm)
+    }
+
+    /// K * df, px mm, also where df is infinite.
+    fn k_df_px_mm(&self) -> f64 {
+        self.strength_px_mm() / (1.0 - self.focal_length_mm / self.focus_distance_mm())
+    }
+
+    /// The CoC as an affine function of reciprocal depth.
+    pub fn coc(&self) -> CocOfDepth {
+        CocOfDepth { k_px: self.k_px(), k_df_px_m: self.k_df_px_mm() / MM_PER_M }
+    }
+
+    /// c(d): signed CoC diameter, px, at depth `d_m` metres.
+    pub fn coc_diameter_px(&self, d_m: f64) -> f64 {
+        self.coc().at_depth(d_m)
+    }
+
+    /// A: diameter of the aperture in scene units, metres, that blurs a projection with
+    /// `focal_px` by exactly c(d): `A = K * df / focal_px`, which is the design's
+    /// `2 K df tan(fovx/2) / W`. The multi-view methods and references use this one, so
+    /// that every method blurs by the same pixels whether or not the display is "true".
+    pub fn aperture_diameter_m(&self, focal_px: f64) -> f64 {
+        self.coc().k_df_px_m / focal_px
+    }
+
+    /// The nearest and farthest depth, metres, at which the CoC diameter stays within
+    /// `acceptable_px`. The far limit is infinite at and beyond the hyperfocal distance.
+    pub fn depth_of_field_m(&self, acceptable_px: f64) -> (f64, f64) {
+        let coc = self.coc();
+        if coc.k_df_px_m == 0.0 {
+            return (0.0, f64::INFINITY);
+        }
+        (coc.depth_at(-acceptable_px), coc.depth_at(acceptable_px))
+    }
+
+    /// The nearest focus distance, metres, at which infinity is blurred by no more than
+    /// `acceptable_px`: K(df) = acceptable.
+    pub fn hyperfocal_m(&self, acceptable_px: f64) -> f64 {
+        (self.strength_px_mm() / acceptable_px + self.focal_length_mm) / MM_PER_M
+    }
+
+    /// f-number F/E; infinite for a pinhole.
+    pub fn f_number(&self) -> f64 {
+        self.focal_length_mm / self.aperture_diameter_mm
+    }
+
+    /// Horizontal field of view, radians, at which an image of `width_px` on this display
+    /// shows what the eye at `ds` would see: `2 atan(W / (2 DPI ds))`.
+    pub fn display_fov_x(&self, width_px: u32) -> f64 {
+        2.0 * (f64::from(width_px) / (2.0 * self.density_px_per_mm * self.screen_distance_mm)).atan()
+    }
+
+    /// CoC statistics over depths in metres; `None` for no depths.
+    pub fn coc_statistics(&self, depths_m: impl IntoIterator<Item = f32>) -> Option<CocStatistics> {
+        let coc = self.coc();
+        let mut diameters: Vec<f64> = Vec::new();
+        let (mut min, mut max) = (f64::INFINITY, f64::NEG_INFINITY);
+        for d in depths_m {
+            let c = coc.at_depth(f64::from(d));
+            (min, max) = (min.min(c), max.max(c));
+            diameters.push(c.abs());
+        }
+        if diameters.is_empty() {
+            return None;
+        }
+        let mean_px = diameters.iter().sum::<f64>() / diameters.len() as f64;
+        let rank = ((diameters.len() - 1) as f64 * 0.95).round() as usize;
+        let (_, &mut p95_px, _) = diameters.select_nth_unstable_by(rank, f64::total_cmp);
+        Some(CocStatistics { mean_px, p95_px, min_signed_px: min, max_signed_px: max })
+    }
+
+    /// The same lens with E scaled so that the mean CoC diameter over `depths_m` is
+    /// `mean_px`; `None` where no E does that (everything lies at the focus distance).
+    pub fn with_mean_coc(&self, mean_px: f64, depths_m: impl IntoIterator<Item = f32>) -> Option<Self> {
+        let unit = Self { aperture_diameter_mm: 1.0, ..self.clone() };
+        let mean_of_unit = unit.coc_statistics(depths_m)?.mean_px;
+        let aperture_diameter_mm = mean_px / mean_of_unit;
+        aperture_diameter_mm.is_finite().then(|| Self { aperture_diameter_mm, ..self.clone() })
+    }
+}

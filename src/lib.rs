@@ -1,0 +1,32 @@
+//! `defocus`: a depth-of-field instrument.
+//!
+//! It renders a scene through a thin lens with many depth-of-field methods, shows how
+//! each differs from the truth and what it costs.
+//!
+//! ```text
+//! Scene + Camera --draw--> View --Method(Lens)--> linear HDR texture --present--> window / PNG / EXR
+//!                           |                            |
+//!                           +--accumulation / raytrace --+--> metrics
+//! ```
+//!
+//! # Conventions, the same in every file
+//!
+//! - **Depth** `d` is the distance along the optical axis, in metres (glTF's unit), never
+//!   the radial distance. On the GPU it is stored *reversed with an infinite far plane*:
+//!   `z = near / d`, 1 at the near plane and 0 at infinity.
+//! - **CoC** is a *signed diameter in pixels*, negative in front of the focus distance and
+//!   positive behind it. With the depth above it is affine in the stored value:
+//!   `c = K - K * (df / near) * z` ([`lens::CocOfDepth`]).
+//! - **Images** have their origin at the top left; pixel centres lie at half integers.
+//! - **View space** looks along -z, with x right and y up. A lens point `v` lives in the
+//!   unit disc with *image* orientation (y down); the ray through pixel `p` and `v` meets
+//!   depth `d` at image position `p + v * c(d) / 2`.
+//! - **Colour** is linear Rec. 709, scene-referred and unbounded until
+//!   [`present`](image) turns it into display values.
+//! - Names carry space and unit: `view_from_world`, `coc_diameter_px`, `focus_distance_m`.
+
+pub mod aperture;
+pub mod camera;
+pub mod image;
+pub mod lens;
+pub mod scene;
