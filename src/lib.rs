@@ -27,6 +27,7 @@
 
 pub mod aperture;
 pub mod camera;
+pub mod gpu;
 pub mod image;
 pub mod lens;
 pub mod scene;

@@ -1,0 +1,19 @@
+// The lens as a shader sees it. c is the signed CoC diameter in pixels, negative in
+// front of the focus distance; z is the stored depth near / d, so that c is affine in z
+// (src/lens.rs).
+
+struct Lens {
+    /// K: CoC diameter at infinity, px.
+    k_px: f32,
+    /// K * df / near, px: c = k_px - slope_px * z.
+    slope_px: f32,
+    /// z of the focus distance: near / df.
+    focus_z: f32,
+    /// Standard deviation per axis of the lens's intensity distribution over C.
+    sigma_per_coc: f32,
+}
+
+/// Signed CoC diameter, px, at stored depth z.
+fn coc_diameter_px(lens: Lens, z: f32) -> f32 {
+    return lens.k_px - lens.slope_px * z;
+}
