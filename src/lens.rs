@@ -12,7 +12,7 @@
 //! which is equations (3) and (4) of that paper with the sign kept: c < 0 in front of
 //! the focus distance, c > 0 behind it, c -> K at infinity.
 
-use crate::aperture::Aperture;
+use crate::aperture::{Aperture, ApertureError};
 
 /// Millimetres in a metre: lenses are given in millimetres, scenes in metres.
 pub const MM_PER_M: f64 = 1000.0;
@@ -81,6 +81,9 @@ pub enum LensError {
         /// F, mm.
         focal_length_mm: f64,
     },
+    /// An aperture with a parameter outside its range.
+    #[error(transparent)]
+    Aperture(#[from] ApertureError),
 }
 
 /// The signed CoC diameter as an affine function of reciprocal depth:
@@ -136,7 +139,7 @@ impl Lens {
     }
 
     /// Errors unless the lens can form an image: finite values, E >= 0, the others
-    /// positive, df > F.
+    /// positive, df > F, an aperture within its ranges.
     pub fn check(&self) -> Result<(), LensError> {
         let values = [
             ("E", "aperture diameter", self.aperture_diameter_mm),
@@ -172,6 +175,7 @@ impl Lens {
             let value = self.k_df_px_mm();
             return Err(LensError::NotFinite { symbol: "K", name: "CoC diameter at infinity", value });
         }
+        self.aperture.check()?;
         Ok(())
     }
 
