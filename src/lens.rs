@@ -133,6 +133,17 @@ pub struct CocStatistics {
 }
 
 impl Lens {
+    /// A lens with a closed aperture: no blur at any depth.
+    pub const PINHOLE: Self = Self {
+        aperture_diameter_mm: 0.0,
+        focal_length_mm: 17.0,
+        image_distance_mm: 24.0,
+        screen_distance_mm: 3000.0,
+        density_px_per_mm: 0.32,
+        focus_distance_m: 3.0,
+        aperture: Aperture::Disc,
+    };
+
     /// Focus distance df, mm.
     pub fn focus_distance_mm(&self) -> f64 {
         self.focus_distance_m * MM_PER_M

@@ -30,4 +30,6 @@ pub mod camera;
 pub mod gpu;
 pub mod image;
 pub mod lens;
+pub mod methods;
 pub mod scene;
+pub mod view;

@@ -126,10 +126,13 @@ impl<'g> Frame<'g> {
         &mut self.encoder
     }
 
-    /// Copies level 0 of one texture over another of the same size and format.
-    pub fn copy(&mut self, from: &Texture, to: &Texture) {
-        let size = wgpu::Extent3d { width: from.size().x, height: from.size().y, depth_or_array_layers: 1 };
-        self.encoder.copy_texture_to_texture(from.raw().as_image_copy(), to.raw().as_image_copy(), size);
+    /// Copies the part of `from` that starts at `origin` over all of `to`, level 0, same
+    /// format.
+    pub fn copy_part(&mut self, from: &Texture, origin: UVec2, to: &Texture) {
+        let size = wgpu::Extent3d { width: to.size().x, height: to.size().y, depth_or_array_layers: 1 };
+        let mut source = from.raw().as_image_copy();
+        source.origin = wgpu::Origin3d { x: origin.x, y: origin.y, z: 0 };
+        self.encoder.copy_texture_to_texture(source, to.raw().as_image_copy(), size);
     }
 
     fn timed(&mut self, label: &str) -> Option<(wgpu::QuerySet, u32)> {

@@ -17,6 +17,7 @@ mod readback;
 mod wgsl;
 
 pub use device::{AdapterSummary, GpuError, wanted_features, wanted_limits};
+pub(crate) use frame::attachment;
 pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
 pub use kernel::SamplerKind;
 pub use pool::{Texture, TextureKey};

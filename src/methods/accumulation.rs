@@ -1,0 +1,158 @@
+//! `accumulation`: the reference, as many views as there are lens points.
+//!
+//! Haeberli and Akeley, "The Accumulation Buffer: Hardware Support for High-Quality
+//! Rendering" (SIGGRAPH 1990): the eye moves over the lens, the projection is sheared so
+//! that the plane at the focus distance stays where it is, and the views are averaged.
+//! Pixels are not jittered, so that a pixel in focus equals the pinhole image's.
+
+use super::{About, Apertures, Method, MethodError, Param};
+use crate::gpu::{Frame, Gpu, Shader, Texture};
+use crate::image::ColorImage;
+use crate::lens::Lens;
+use crate::shader;
+use crate::uniform;
+use crate::view::View;
+
+const SHADER: Shader = shader!("methods/accumulation");
+
+/// Sums are 32-bit: added up in f16, 1024 views lose 15 % of their light on adapters that
+/// truncate.
+const SUM: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+
+/// Views submitted at once: enough to keep a GPU busy, few enough to cancel promptly.
+const BATCH: u32 = 16;
+
+/// Accumulation over lens points.
+#[derive(Clone, Debug)]
+pub struct Accumulation {
+    /// Number of lens points.
+    pub samples: u32,
+    /// Whether shading looks from each lens point, or from the lens centre.
+    pub view_dependent: bool,
+}
+
+impl Default for Accumulation {
+    fn default() -> Self {
+        Self { samples: 64, view_dependent: false }
+    }
+}
+
+uniform! {
+    struct MeanUniform {
+        reciprocal_count: f32,
+    }
+}
+
+impl Method for Accumulation {
+    fn about(&self) -> About {
+        About {
+            id: "accumulation",
+            title: "Accumulation buffer",
+            paper: "Haeberli and Akeley, The Accumulation Buffer, SIGGRAPH 1990",
+            summary: "The mean of many views over the lens: right for every scene as the number of views grows.",
+            limits: "Draws the scene once for every lens point; with few, ghosts show.",
+            apertures: Apertures::Any,
+            needs_scene: true,
+            conserves_energy: true,
+        }
+    }
+
+    fn params(&mut self) -> Vec<Param<'_>> {
+        vec![
+            Param::int("samples", "Lens points", "", &mut self.samples, (1, 4096), "Views over the lens."),
+            Param::switch(
+                "view_dependent",
+                "View-dependent shading",
+                &mut self.view_dependent,
+                "Shade from each lens point, so that reflections shift; otherwise a surface emits what the pinhole image shows.",
+            ),
+        ]
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
+        let mut run = AccumulationRun::new(self.view_dependent);
+        while run.count() < self.samples {
+            let batch = BATCH.min(self.samples - run.count());
+            run.advance(frame, view, lens, batch)?;
+            frame.flush();
+        }
+        Ok(run.mean(frame))
+    }
+
+    fn boxed(&self) -> Box<dyn Method> {
+        Box::new(self.clone())
+    }
+}
+
+/// An accumulation under way: it can be looked at, carried on or given up at any time.
+pub struct AccumulationRun {
+    view_dependent: bool,
+    count: u32,
+    sum: Option<Texture>,
+    /// The sum as it was at the last two powers of two, the older first, with those counts.
+    snapshots: Vec<(Texture, u32)>,
+}
+
+impl AccumulationRun {
+    /// A run with no views yet.
+    pub fn new(view_dependent: bool) -> Self {
+        Self { view_dependent, count: 0, sum: None, snapshots: Vec::new() }
+    }
+
+    /// Views summed so far.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Draws and adds the next `n` lens points.
+    pub fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
+        for index in self.count..self.count + n {
+            let v = lens.aperture.lens_point(index);
+            let color = view.from_lens_point(frame, lens, v, self.view_dependent)?.color;
+            let next = frame.texture("sum of views", color.size(), SUM);
+            match &self.sum {
+                None => frame.pass(&SHADER, "first_view").texture("view", &color).texture("next", &next),
+                Some(sum) => {
+                    frame.pass(&SHADER, "add_view").texture("view", &color).texture("sum", sum).texture("next", &next)
+                }
+            }
+            .dispatch(color.size());
+            self.sum = Some(next.clone());
+            self.count = index + 1;
+            if self.count.is_power_of_two() {
+                self.snapshots.push((next, self.count));
+                if self.snapshots.len() > 2 {
+                    self.snapshots.remove(0);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// The mean so far, RGBA32F. Panics before the first view.
+    pub fn mean(&self, frame: &mut Frame<'_>) -> Texture {
+        let sum = self.sum.as_ref().expect("a mean needs at least one view");
+        let mean = frame.texture("mean of views", sum.size(), SUM);
+        let scale = MeanUniform { reciprocal_count: 1.0 / self.count as f32 };
+        frame
+            .pass(&SHADER, "mean_of_views")
+            .texture("sum", sum)
+            .texture("next", &mean)
+            .uniform("scale", &scale)
+            .dispatch(sum.size());
+        mean
+    }
+
+    /// The means over two disjoint sets of lens points, whose difference tells how far the
+    /// run has converged: the points up to the last power of two, and those after it.
+    /// `None` until both are there.
+    pub fn halves(&self, gpu: &Gpu) -> Option<[ColorImage; 2]> {
+        let (half, half_count) = self.snapshots.iter().rev().find(|(_, count)| *count < self.count)?;
+        let rest = self.count - half_count;
+        let first = crate::gpu::download(gpu, half);
+        let all = crate::gpu::download(gpu, self.sum.as_ref()?);
+        let pixels = all.pixels.iter().zip(&first.pixels).map(|(a, f)| (*a - *f) / rest as f32).collect();
+        let second = ColorImage { size: all.size, pixels };
+        Some([first.map(|p| p / *half_count as f32), second])
+    }
+}

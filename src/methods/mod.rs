@@ -1,0 +1,157 @@
+//! Depth-of-field methods: textures in, a texture out.
+//!
+//! **Adding one** takes a file here, a shader of the same stem under `shaders/methods/`,
+//! and a line in [`all`]. The window, the command line, the invariants, the metrics and
+//! the benchmarks find it by iterating.
+
+mod accumulation;
+mod mipmap;
+mod param;
+mod pinhole;
+
+pub use accumulation::{Accumulation, AccumulationRun};
+pub use mipmap::Mipmap;
+pub use param::{Param, ParamError, Value};
+pub use pinhole::Pinhole;
+
+use crate::gpu::{Frame, Texture};
+use crate::lens::Lens;
+use crate::view::{View, ViewError};
+
+/// All methods with their default parameters, in the order in which they are listed.
+pub fn all() -> Vec<Box<dyn Method>> {
+    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default())]
+}
+
+/// What a method is.
+#[derive(Clone, Copy, Debug, serde::Serialize)]
+pub struct About {
+    /// Short name on the command line and in results.
+    pub id: &'static str,
+    /// Name for people.
+    pub title: &'static str,
+    /// Authors, title and year of the source.
+    pub paper: &'static str,
+    /// What it does, in a sentence or two.
+    pub summary: &'static str,
+    /// What it cannot do or is known to get wrong.
+    pub limits: &'static str,
+    /// Aperture shapes that it can render; others are approximated by their width.
+    pub apertures: Apertures,
+    /// Whether it needs more of a scene than the pinhole image and its depth.
+    pub needs_scene: bool,
+    /// Whether each point's light is spread, so that the sum over the image is kept.
+    pub conserves_energy: bool,
+}
+
+/// Aperture shapes that a method can render.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Apertures {
+    /// Every shape.
+    Any,
+    /// A round blur of the lens's width.
+    Round,
+    /// None: nothing is blurred.
+    None,
+}
+
+/// Why a method cannot render.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MethodError {
+    /// The view cannot give what the method needs.
+    #[error(transparent)]
+    View(#[from] ViewError),
+    /// The lens forms no image.
+    #[error(transparent)]
+    Lens(#[from] crate::lens::LensError),
+    /// The adapter lacks something.
+    #[error("{method} needs {what}, which this adapter does not have: choose another method or adapter")]
+    Unsupported {
+        /// The method's id.
+        method: &'static str,
+        /// What is missing.
+        what: &'static str,
+    },
+}
+
+/// A depth-of-field method.
+pub trait Method: Send + Sync {
+    /// What it is.
+    fn about(&self) -> About;
+
+    /// Its parameters.
+    fn params(&mut self) -> Vec<Param<'_>>;
+
+    /// Records the passes that render `view` through `lens` and returns a texture of
+    /// the view's inner size, RGBA16F or RGBA32F, linear. Called through [`record`],
+    /// which has checked the lens and that there is something to blur.
+    fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError>;
+
+    /// A copy with its parameters.
+    fn boxed(&self) -> Box<dyn Method>;
+}
+
+impl Clone for Box<dyn Method> {
+    fn clone(&self) -> Self {
+        self.boxed()
+    }
+}
+
+/// CoC diameter, px, below which a whole image counts as in focus. A disc this wide has a
+/// standard deviation of 1/80 px: it changes a pixel by less than a thousandth of the
+/// contrast around it.
+pub const IN_FOCUS_COC_PX: f64 = 0.05;
+
+/// Renders `view` through `lens` with `method`; the pinhole image itself, with no blur
+/// pass, where everything is in focus.
+pub fn record(
+    method: &dyn Method,
+    frame: &mut Frame<'_>,
+    view: &mut View,
+    lens: &Lens,
+) -> Result<Texture, MethodError> {
+    lens.check()?;
+    frame.set_prefix(format!("{}/", method.about().id));
+    let in_focus = lens.aperture_diameter_mm == 0.0 || {
+        let [low, high] = view.coc_bounds_px(frame, lens);
+        low.abs().max(high.abs()) < IN_FOCUS_COC_PX
+    };
+    if in_focus {
+        frame.skip("everything in focus");
+        return Ok(pinhole::inner(frame, view));
+    }
+    method.record(frame, view, lens)
+}
+
+/// The method called `id` with its default parameters, or an error that lists all.
+pub fn by_id(id: &str) -> Result<Box<dyn Method>, UnknownMethod> {
+    let mut methods = all();
+    let known: Vec<_> = methods.iter().map(|m| m.about().id).collect();
+    match known.iter().position(|k| *k == id) {
+        Some(index) => Ok(methods.swap_remove(index)),
+        None => Err(UnknownMethod { id: id.into(), known: known.join(", ") }),
+    }
+}
+
+/// There is no method of that name.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("there is no method '{id}'; there are: {known}")]
+pub struct UnknownMethod {
+    /// The name given.
+    pub id: String,
+    /// The names there are.
+    pub known: String,
+}
+
+/// Sets one parameter of a method from text.
+pub fn set_param(method: &mut dyn Method, key: &str, text: &str) -> Result<(), ParamError> {
+    let id = method.about().id;
+    let mut params = method.params();
+    let known: Vec<_> = params.iter().map(|p| p.key).collect();
+    let Some(param) = params.iter_mut().find(|p| p.key == key) else {
+        return Err(ParamError::Unknown { method: id, key: key.into(), known: known.join(", ") });
+    };
+    let key = param.key;
+    param.set(text).map_err(|expected| ParamError::Invalid { method: id, key, given: text.into(), expected })
+}

@@ -1,0 +1,329 @@
+//! What a method may ask a scene for.
+//!
+//! Nothing is drawn that nobody asks for; what was drawn is kept until scene, camera,
+//! size or overscan changes. The lens is not among them: a lens slider never redraws the
+//! pinhole image. An image with a depth map is a view too: it answers [`View::pinhole`]
+//! and says clearly that it cannot answer the rest.
+
+mod pipelines;
+mod raster;
+mod upload;
+
+pub use upload::{GpuScene, SurfaceOptions};
+
+use crate::camera::{Camera, Projection};
+use crate::gpu::{Frame, Gpu, Texture};
+use crate::image::{ColorImage, DepthImage};
+use crate::lens::Lens;
+use crate::{shader, uniform};
+use glam::{DVec2, UVec2};
+use raster::{SceneSource, Shot};
+use std::sync::Arc;
+
+/// The largest overscan that is drawn unasked, px.
+pub const MAX_AUTO_OVERSCAN_PX: u32 = 96;
+
+/// A layer of surfaces as images of the outer (overscanned) size.
+#[derive(Clone, Debug)]
+pub struct Layer {
+    /// RGBA16F: linear radiance, alpha 1 where the layer has a surface (or the background)
+    /// and 0 elsewhere.
+    pub color: Texture,
+    /// R32F: stored depth z = near / d, 0 where there is nothing or the background.
+    pub depth: Texture,
+}
+
+/// Which surfaces a layer holds: per pixel, the nearest that satisfies both bounds.
+#[derive(Clone, Copy, Debug)]
+pub struct LayerQuery<'a> {
+    /// Greatest stored depth z in the layer: 1 is the near plane.
+    pub z_near: f32,
+    /// Least stored depth z: 0 is infinity, with the background.
+    pub z_far: f32,
+    /// R32F of the outer size: the layer holds what has z *below* this, per pixel; a value
+    /// of 0 or less holds nothing.
+    pub below: Option<&'a Texture>,
+}
+
+impl LayerQuery<'_> {
+    /// Everything: the pinhole image.
+    pub const NEAREST: LayerQuery<'static> = LayerQuery { z_near: 1.0, z_far: 0.0, below: None };
+
+    fn is_nearest(&self) -> bool {
+        self.z_near >= 1.0 && self.z_far <= 0.0 && self.below.is_none()
+    }
+}
+
+/// Why a view cannot be made or cannot answer.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ViewError {
+    /// A view of an image was asked for what only a scene has.
+    #[error("an image with a depth map has no {0}: use a scene, or a method that needs the pinhole image only")]
+    ImageHasNo(&'static str),
+    /// A size of 0 or beyond what the GPU can draw.
+    #[error(
+        "a view of {width}x{height} px (with {overscan} px of overscan on every side) cannot be drawn: both sides must lie between 1 and {limit} px on this adapter"
+    )]
+    Size {
+        /// Inner width, px.
+        width: u32,
+        /// Inner height, px.
+        height: u32,
+        /// Overscan, px.
+        overscan: u32,
+        /// Greatest side, px.
+        limit: u32,
+    },
+    /// A lens that forms no image.
+    #[error(transparent)]
+    Lens(#[from] crate::lens::LensError),
+}
+
+uniform! {
+    /// `Lens` in `shaders/lib/lens.wgsl`.
+    pub struct LensUniform {
+        /// K, px.
+        pub k_px: f32,
+        /// K * df / near, px.
+        pub slope_px: f32,
+        /// near / df.
+        pub focus_z: f32,
+        /// Standard deviation per axis over CoC diameter.
+        pub sigma_per_coc: f32,
+    }
+}
+
+enum Source {
+    Scene(Box<SceneSource>),
+    Image(Layer),
+}
+
+/// A scene or image seen from one place at one size.
+pub struct View {
+    source: Source,
+    projection: Projection,
+    pinhole: Option<Layer>,
+    z_bounds: Option<[f32; 2]>,
+    depth_m: Option<Arc<DepthImage>>,
+}
+
+impl View {
+    /// A view of a scene. Errors for a size of 0 or beyond the adapter's limit.
+    pub fn of_scene(scene: Arc<GpuScene>, camera: Camera, size: UVec2, overscan_px: u32) -> Result<Self, ViewError> {
+        check_size(&scene.gpu, size, overscan_px)?;
+        let projection = camera.projection(size, overscan_px);
+        Ok(Self::new(Source::Scene(Box::new(SceneSource::new(scene, camera))), projection))
+    }
+
+    /// A view of an image with a depth map in metres and a vertical field of view in
+    /// radians. Colours beyond f16's range are clamped to it.
+    ///
+    /// Panics if the images differ in size: loaders see to that.
+    pub fn of_image(gpu: &Gpu, color: &ColorImage, depth: &DepthImage, fov_y: f64) -> Result<Self, ViewError> {
+        assert_eq!(color.size, depth.size, "colour and depth have one size");
+        check_size(gpu, color.size, 0)?;
+        let nearest = depth.pixels.iter().copied().filter(|d| d.is_finite()).fold(f32::INFINITY, f32::min);
+        let near_m = if nearest.is_finite() { f64::from(nearest) } else { 1.0 };
+        let stored = depth.map(|d| (near_m / f64::from(d)) as f32);
+        let layer = Layer {
+            color: crate::gpu::upload(gpu, "image", color),
+            depth: crate::gpu::upload_scalar(gpu, "stored depth", &stored),
+        };
+        Ok(Self::of_layer(layer, near_m, fov_y))
+    }
+
+    /// A view of textures that already hold a pinhole image and stored depth near / d.
+    pub fn of_layer(layer: Layer, near_m: f64, fov_y: f64) -> Self {
+        let camera = Camera { fov_y, near_m, ..Camera::look_at(glam::DVec3::ZERO, glam::DVec3::NEG_Z, fov_y, near_m) };
+        let projection = camera.projection(layer.color.size(), 0);
+        Self::new(Source::Image(layer), projection)
+    }
+
+    fn new(source: Source, projection: Projection) -> Self {
+        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None }
+    }
+
+    /// Moves the camera, forgetting what was drawn if that changes anything. A view of an
+    /// image stays where its image was taken.
+    pub fn set_camera(&mut self, camera: Camera) {
+        if let Source::Scene(source) = &self.source
+            && source.camera != camera
+        {
+            self.projection = camera.projection(self.projection.size, self.projection.overscan_px);
+            let scene = source.scene.clone();
+            self.source = Source::Scene(Box::new(SceneSource::new(scene, camera)));
+            self.forget();
+        }
+    }
+
+    /// Changes size and overscan, forgetting what was drawn if that changes anything. A
+    /// view of an image keeps the image's size.
+    pub fn set_size(&mut self, gpu: &Gpu, size: UVec2, overscan_px: u32) -> Result<(), ViewError> {
+        check_size(gpu, size, overscan_px)?;
+        if let Source::Scene(source) = &self.source {
+            let projection = source.camera.projection(size, overscan_px);
+            if projection != self.projection {
+                self.projection = projection;
+                self.forget();
+            }
+        }
+        Ok(())
+    }
+
+    fn forget(&mut self) {
+        self.pinhole = None;
+        self.z_bounds = None;
+        self.depth_m = None;
+    }
+
+    /// The projection, with size, overscan and near plane.
+    pub fn projection(&self) -> &Projection {
+        &self.projection
+    }
+
+    /// Size of the inner frame, px: what methods return.
+    pub fn size(&self) -> UVec2 {
+        self.projection.size
+    }
+
+    /// Margin on every side of the inner frame, px.
+    pub fn overscan_px(&self) -> u32 {
+        self.projection.overscan_px
+    }
+
+    /// The scene's camera; `None` for an image.
+    pub fn camera(&self) -> Option<&Camera> {
+        match &self.source {
+            Source::Scene(source) => Some(&source.camera),
+            Source::Image(_) => None,
+        }
+    }
+
+    /// Whether there is a scene to draw more than the pinhole image from.
+    pub fn is_scene(&self) -> bool {
+        matches!(self.source, Source::Scene(_))
+    }
+
+    /// The lens for this view's stored depth.
+    pub fn lens_uniform(&self, lens: &Lens) -> LensUniform {
+        let coc = lens.coc();
+        LensUniform {
+            k_px: coc.k_px as f32,
+            slope_px: coc.slope_px(self.projection.near_m) as f32,
+            focus_z: (self.projection.near_m / lens.focus_distance_m) as f32,
+            sigma_per_coc: lens.aperture.sigma_per_coc() as f32,
+        }
+    }
+
+    /// The pinhole image and its stored depth, drawn when first asked for.
+    pub fn pinhole(&mut self, frame: &mut Frame<'_>) -> Layer {
+        if let Some(layer) = &self.pinhole {
+            frame.skip("view unchanged");
+            return layer.clone();
+        }
+        let layer = match &self.source {
+            Source::Image(layer) => layer.clone(),
+            Source::Scene(source) => {
+                let pinhole = Lens::PINHOLE;
+                let clip_from_view = self.projection.clip_from_view(&pinhole, DVec2::ZERO);
+                let query = LayerQuery::NEAREST;
+                let shot = Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query };
+                source.draw(frame, "pinhole", &shot)
+            }
+        };
+        self.pinhole = Some(layer.clone());
+        layer
+    }
+
+    /// A farther layer or a slab, as the pinhole sees it. Errors for an image.
+    pub fn layer(&mut self, frame: &mut Frame<'_>, label: &str, query: LayerQuery<'_>) -> Result<Layer, ViewError> {
+        let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("hidden surfaces")) };
+        let clip_from_view = self.projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
+        let shot = Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query };
+        Ok(source.draw(frame, label, &shot))
+    }
+
+    /// The inner frame (no overscan) of the scene from the lens point `v`, with the plane
+    /// at the focus distance held fixed.
+    /// With `view_dependent`, shading looks from there too; else what a surface emits is
+    /// what the pinhole image shows. Errors for an image.
+    pub fn from_lens_point(
+        &mut self,
+        frame: &mut Frame<'_>,
+        lens: &Lens,
+        v: DVec2,
+        view_dependent: bool,
+    ) -> Result<Layer, ViewError> {
+        let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("other viewpoints")) };
+        let projection = Projection { overscan_px: 0, ..self.projection };
+        let clip_from_view = projection.clip_from_view(lens, v);
+        let eye_m = projection.eye_on_lens_m(lens, v);
+        // Shading is in the pinhole's view space: only the eye in it moves.
+        let shading_eye_m = if view_dependent { eye_m } else { DVec2::ZERO };
+        let shot = Shot { projection: &projection, clip_from_view, shading_eye_m, query: LayerQuery::NEAREST };
+        Ok(source.draw(frame, "lens view", &shot))
+    }
+
+    /// Least and greatest stored depth z over the outer pinhole image. Reduced on the GPU;
+    /// waits for it once after each redraw, since passes to record depend on it.
+    pub fn z_bounds(&mut self, frame: &mut Frame<'_>) -> [f32; 2] {
+        if let Some(bounds) = self.z_bounds {
+            return bounds;
+        }
+        let depth = self.pinhole(frame).depth;
+        // Stored depths are not negative, so their bits order as the numbers do.
+        let result = frame.gpu().buffer_of("depth bounds", &[u32::MAX, 0]);
+        frame.pass(&DEPTH_BOUNDS, "depth_bounds").texture("depth", &depth).buffer("result", &result).dispatch_groups(
+            depth.size().x.div_ceil(64),
+            depth.size().y.div_ceil(64),
+            1,
+        );
+        let bits: Vec<u32> = frame.read_buffer(&result);
+        let bounds = [0, 1].map(|i| f32::from_bits(bits.get(i).copied().unwrap_or(0)));
+        self.z_bounds = Some(bounds);
+        bounds
+    }
+
+    /// Least and greatest signed CoC diameter, px, over the outer pinhole image.
+    pub fn coc_bounds_px(&mut self, frame: &mut Frame<'_>, lens: &Lens) -> [f64; 2] {
+        let [z_min, z_max] = self.z_bounds(frame).map(f64::from);
+        let near_m = self.projection.near_m;
+        [lens.coc().at_stored(z_max, near_m), lens.coc().at_stored(z_min, near_m)]
+    }
+
+    /// Depth of the inner frame in metres on the CPU, read back when first asked for.
+    pub fn depth_m(&mut self, gpu: &Gpu) -> Arc<DepthImage> {
+        if let Some(depth) = &self.depth_m {
+            return depth.clone();
+        }
+        let mut frame = gpu.frame();
+        let layer = self.pinhole(&mut frame);
+        frame.finish();
+        let stored = crate::gpu::download_depth(gpu, &layer.depth);
+        let inner = stored.crop(UVec2::splat(self.projection.overscan_px), self.projection.size);
+        let depth = Arc::new(inner.map(|z| (self.projection.near_m / f64::from(z)) as f32));
+        self.depth_m = Some(depth.clone());
+        depth
+    }
+}
+
+const DEPTH_BOUNDS: crate::gpu::Shader = shader!("depth_bounds");
+
+/// Overscan, px, that the greatest CoC in view asks for, capped at
+/// [`MAX_AUTO_OVERSCAN_PX`]: a lens ray leaves the frame by at most C/2.
+pub fn auto_overscan_px(lens: &Lens, depths_m: &DepthImage) -> u32 {
+    let extent = lens.aperture.radius();
+    let greatest = lens.coc_statistics(depths_m.pixels.iter().copied());
+    let coc_px = greatest.map_or(0.0, |s| s.min_signed_px.abs().max(s.max_signed_px.abs()));
+    (coc_px * 0.5 * extent).ceil().min(f64::from(MAX_AUTO_OVERSCAN_PX)) as u32
+}
+
+fn check_size(gpu: &Gpu, size: UVec2, overscan_px: u32) -> Result<(), ViewError> {
+    let limit = gpu.max_texture_side();
+    let outer = |side: u32| u64::from(side) + 2 * u64::from(overscan_px);
+    let good = |side: u32| side > 0 && outer(side) <= u64::from(limit);
+    if good(size.x) && good(size.y) {
+        return Ok(());
+    }
+    Err(ViewError::Size { width: size.x, height: size.y, overscan: overscan_px, limit })
+}

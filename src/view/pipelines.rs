@@ -1,0 +1,289 @@
+//! Render pipelines of the scene rasteriser (`shaders/scene.wgsl`).
+
+use crate::gpu::{Gpu, Module, Precision, Uniform};
+use crate::{shader, uniform};
+use std::collections::HashMap;
+use std::sync::Mutex;
+
+/// Bytes a vertex: position f32x3, normal and tangent snorm16x4, uv f32x2, colour f32x4.
+pub(super) const VERTEX_STRIDE: u64 = 12 + 8 + 8 + 8 + 16;
+
+uniform! {
+    /// `View` in `scene.wgsl`.
+    pub(super) struct ViewUniform {
+        pub clip_from_view: [[f32; 4]; 4],
+        pub view_from_world_x: [f32; 4],
+        pub view_from_world_y: [f32; 4],
+        pub view_from_world_z: [f32; 4],
+        pub zenith: [f32; 4],
+        pub horizon: [f32; 4],
+        pub ground: [f32; 4],
+        pub shading_eye: [f32; 3],
+        pub softbox: f32,
+        pub z_near: f32,
+        pub z_far: f32,
+        pub light_count: u32,
+        pub unlit: u32,
+    }
+}
+
+uniform! {
+    /// `Material` in `scene.wgsl`.
+    pub(super) struct MaterialUniform {
+        pub base_color: [f32; 4],
+        pub emissive: [f32; 3],
+        pub metallic: f32,
+        pub roughness: f32,
+        pub normal_scale: f32,
+        pub alpha_cutoff: f32,
+        pub unlit: u32,
+        pub uv_rows: [[f32; 4]; 8],
+        pub has_normal_map: u32,
+        pub _pad: [u32; 3],
+    }
+}
+
+/// `Light` in `scene.wgsl`, an element of a storage array.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub(super) struct LightElement {
+    pub position: [f32; 3],
+    pub inverse_range: f32,
+    pub direction: [f32; 3],
+    pub kind: u32,
+    pub intensity: [f32; 3],
+    pub cos_inner: f32,
+    pub cos_outer: f32,
+    pub _pad: [u32; 3],
+}
+
+/// What tells pipelines of surfaces apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub(super) struct Variant {
+    pub masked: bool,
+    pub double_sided: bool,
+    pub mirrored: bool,
+}
+
+/// Which layer is drawn: the nearest, or a farther one or slab, which drops fragments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum LayerKind {
+    Nearest,
+    Farther,
+}
+
+/// Formats of a layer: colour and stored depth.
+pub(super) const COLOR: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+pub(super) const STORED_DEPTH: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
+pub(super) const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth32Float;
+
+/// Pipelines, made when first used: each costs tens of milliseconds to compile.
+pub(super) struct Pipelines {
+    device: wgpu::Device,
+    module: wgpu::ShaderModule,
+    layout: wgpu::PipelineLayout,
+    frame_layout: wgpu::BindGroupLayout,
+    material_layout: wgpu::BindGroupLayout,
+    made: Mutex<HashMap<(LayerKind, Option<Variant>), wgpu::RenderPipeline>>,
+}
+
+impl Pipelines {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let shader = shader!("scene");
+        let module = Module::parse(shader.name, shader.source, Precision::Half).unwrap_or_else(|e| panic!("{e}"));
+        check_uniforms(&module).unwrap_or_else(|e| panic!("{e}"));
+        let device = gpu.device();
+        let source = wgpu::ShaderSource::Wgsl(module.source.as_str().into());
+        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("scene"), source });
+        let frame_layout = frame_layout(device);
+        let material_layout = material_layout(device);
+        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some("scene"),
+            bind_group_layouts: &[Some(&frame_layout), Some(&material_layout)],
+            immediate_size: 0,
+        });
+        Self { device: device.clone(), module, layout, frame_layout, material_layout, made: Mutex::default() }
+    }
+
+    /// The pipeline for surfaces of one kind, or (without a variant) for the sky.
+    pub(super) fn get(&self, kind: LayerKind, variant: Option<Variant>) -> wgpu::RenderPipeline {
+        let mut made = self.made.lock().expect("no panic while a pipeline is made");
+        let make = || match variant {
+            Some(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
+            None => sky_pipeline(&self.device, &self.layout, &self.module, kind),
+        };
+        made.entry((kind, variant)).or_insert_with(make).clone()
+    }
+
+    pub(super) fn bind_frame(
+        &self,
+        gpu: &Gpu,
+        view: &wgpu::Buffer,
+        transforms: &wgpu::Buffer,
+        visible: &wgpu::Buffer,
+        lights: &wgpu::Buffer,
+        below: &wgpu::TextureView,
+    ) -> wgpu::BindGroup {
+        let buffers = [view, transforms, visible, lights].map(wgpu::Buffer::as_entire_binding);
+        let below = wgpu::BindingResource::TextureView(below);
+        bind(gpu, &self.frame_layout, buffers.into_iter().chain([below]))
+    }
+
+    pub(super) fn bind_material(
+        &self,
+        gpu: &Gpu,
+        uniform: &wgpu::Buffer,
+        textures: [&wgpu::TextureView; 4],
+        samplers: &[wgpu::Sampler; 4],
+    ) -> wgpu::BindGroup {
+        let textures = textures.map(wgpu::BindingResource::TextureView);
+        let samplers = samplers.iter().map(wgpu::BindingResource::Sampler);
+        bind(gpu, &self.material_layout, [uniform.as_entire_binding()].into_iter().chain(textures).chain(samplers))
+    }
+}
+
+/// Binds resources to bindings 0, 1, 2 ...
+fn bind<'a>(
+    gpu: &Gpu,
+    layout: &wgpu::BindGroupLayout,
+    resources: impl Iterator<Item = wgpu::BindingResource<'a>>,
+) -> wgpu::BindGroup {
+    let entry = |(i, resource)| wgpu::BindGroupEntry { binding: i as u32, resource };
+    let entries: Vec<_> = resources.enumerate().map(entry).collect();
+    gpu.device().create_bind_group(&wgpu::BindGroupDescriptor { label: Some("scene"), layout, entries: &entries })
+}
+
+fn check_uniforms(module: &Module) -> Result<(), String> {
+    let bindings = module.bindings("fs_layer").ok_or("scene.wgsl has no entry point fs_layer")?;
+    let layout = |name: &str| {
+        let binding = bindings.get(name).ok_or(format!("scene.wgsl does not bind {name}"))?;
+        binding.uniform.as_ref().ok_or(format!("{name} in scene.wgsl is not a uniform"))
+    };
+    ViewUniform::check(layout("view")?)?;
+    MaterialUniform::check(layout("material")?)
+}
+
+fn layout(device: &wgpu::Device, types: &[(wgpu::BindingType, wgpu::ShaderStages)]) -> wgpu::BindGroupLayout {
+    let entry = |(i, &(ty, visibility)): (usize, &(wgpu::BindingType, wgpu::ShaderStages))| {
+        wgpu::BindGroupLayoutEntry { binding: i as u32, visibility, ty, count: None }
+    };
+    let entries: Vec<_> = types.iter().enumerate().map(entry).collect();
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries })
+}
+
+fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+fn texture(filterable: bool) -> wgpu::BindingType {
+    wgpu::BindingType::Texture {
+        sample_type: wgpu::TextureSampleType::Float { filterable },
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    }
+}
+
+fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    use wgpu::ShaderStages as Stages;
+    let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    layout(
+        device,
+        &[
+            (buffer(wgpu::BufferBindingType::Uniform), Stages::VERTEX_FRAGMENT),
+            (storage, Stages::VERTEX),
+            (storage, Stages::VERTEX),
+            (storage, Stages::FRAGMENT),
+            (texture(false), Stages::FRAGMENT),
+        ],
+    )
+}
+
+fn material_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    let mut types = vec![(buffer(wgpu::BufferBindingType::Uniform), wgpu::ShaderStages::FRAGMENT)];
+    types.extend([(texture(true), wgpu::ShaderStages::FRAGMENT); 4]);
+    let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+    types.extend([(sampler, wgpu::ShaderStages::FRAGMENT); 4]);
+    layout(device, &types)
+}
+
+fn surface_pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    kind: LayerKind,
+    variant: Variant,
+) -> wgpu::RenderPipeline {
+    use wgpu::VertexFormat as Format;
+    let attributes = wgpu::vertex_attr_array![
+        0 => Float32x3, 1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x2, 4 => Float32x4];
+    debug_assert_eq!(attributes[4].offset + Format::Float32x4.size(), VERTEX_STRIDE);
+    let step_mode = wgpu::VertexStepMode::Vertex;
+    let buffer = wgpu::VertexBufferLayout { array_stride: VERTEX_STRIDE, step_mode, attributes: &attributes };
+    let fragment = match (kind, variant.masked) {
+        (LayerKind::Farther, _) => "fs_layer",
+        (LayerKind::Nearest, true) => "fs_masked",
+        (LayerKind::Nearest, false) => "fs_opaque",
+    };
+    let primitive = wgpu::PrimitiveState {
+        front_face: if variant.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
+        cull_mode: (!variant.double_sided).then_some(wgpu::Face::Back),
+        ..Default::default()
+    };
+    // Reversed depth: nearer is greater.
+    let test = wgpu::CompareFunction::Greater;
+    pipeline(device, layout, module, ["vs_surface", fragment], &[Some(buffer)], primitive, test)
+}
+
+fn sky_pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    kind: LayerKind,
+) -> wgpu::RenderPipeline {
+    let fragment = match kind {
+        LayerKind::Nearest => "fs_sky",
+        LayerKind::Farther => "fs_sky_layer",
+    };
+    // At infinity, z = 0: passes only where nothing else was drawn.
+    let test = wgpu::CompareFunction::GreaterEqual;
+    pipeline(device, layout, module, ["vs_sky", fragment], &[], Default::default(), test)
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    [vertex, fragment]: [&str; 2],
+    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
+    primitive: wgpu::PrimitiveState,
+    test: wgpu::CompareFunction,
+) -> wgpu::RenderPipeline {
+    let compilation_options = wgpu::PipelineCompilationOptions::default();
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some(fragment),
+        layout: Some(layout),
+        vertex: wgpu::VertexState {
+            module,
+            entry_point: Some(vertex),
+            compilation_options: compilation_options.clone(),
+            buffers,
+        },
+        primitive,
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: DEPTH_BUFFER,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(test),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module,
+            entry_point: Some(fragment),
+            compilation_options,
+            targets: &[Some(COLOR.into()), Some(STORED_DEPTH.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
