@@ -28,5 +28,6 @@
 pub mod aperture;
 pub mod camera;
 pub mod image;
+pub mod image_io;
 pub mod lens;
 pub mod scene;
