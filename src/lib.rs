@@ -29,6 +29,7 @@ pub mod aperture;
 pub mod camera;
 pub mod gpu;
 pub mod image;
+pub mod image_io;
 pub mod lens;
 pub mod methods;
 pub mod scene;

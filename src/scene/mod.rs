@@ -1,6 +1,12 @@
 //! Scenes: what there is to look at, in plain data, read by the rasteriser and by the
 //! ray tracer alike.
 
+pub mod error;
+pub mod gltf;
+pub mod rgbd;
+
+pub use error::SceneError;
+
 use crate::camera::Camera;
 use glam::{DAffine3, UVec2, Vec2, Vec3, Vec4};
 use std::sync::Arc;

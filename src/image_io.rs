@@ -1,0 +1,224 @@
+//! Images from and to files: PNG, JPEG, HDR and EXR in, PNG and EXR out.
+//!
+//! 8- and 16-bit files hold sRGB-encoded colour and are decoded to linear; HDR and EXR
+//! files are linear already. Every file is written under a temporary name beside its
+//! target and renamed, so that a reader never meets half of one.
+
+pub mod exr_planes;
+pub mod srgb;
+
+use crate::image::{ColorImage, DepthImage, Image};
+use exr_planes::ExrPlanes;
+use glam::{UVec2, Vec3};
+use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageReader};
+use srgb::{linear_from_srgb_f32, linear_from_srgb8_table};
+use std::io::{BufWriter, Read, Write};
+use std::path::{Path, PathBuf};
+
+/// Why an image cannot be read or written: the file, the cause and the remedy.
+#[derive(Debug, thiserror::Error)]
+pub enum ImageError {
+    /// The file cannot be opened or read.
+    #[error("{}: cannot read it: {source}; check that the file exists and may be read", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// The content does not decode.
+    #[error("{}: does not decode ({detail}); use an intact PNG, JPEG, HDR or EXR image", file.display())]
+    Undecodable {
+        /// The file.
+        file: PathBuf,
+        /// The decoder's reason.
+        detail: String,
+    },
+    /// A deep EXR: several samples a pixel.
+    #[error("{}: holds deep data (several samples a pixel), which is not supported; flatten it to an ordinary EXR first", file.display())]
+    Deep {
+        /// The file.
+        file: PathBuf,
+    },
+    /// An EXR without the channels that were asked for.
+    #[error("{}: has no {wanted} (its channels are {found}); {remedy}", file.display())]
+    MissingChannel {
+        /// The file.
+        file: PathBuf,
+        /// What was asked for.
+        wanted: &'static str,
+        /// The channels there are.
+        found: String,
+        /// What to do.
+        remedy: &'static str,
+    },
+    /// No pixels, or more than can be handled.
+    #[error("{}: its size is {width} x {height}; between 1 x 1 and {} million pixels are accepted", file.display(), MAX_PIXELS / 1_000_000)]
+    Size {
+        /// The file.
+        file: PathBuf,
+        /// Width, px.
+        width: u64,
+        /// Height, px.
+        height: u64,
+    },
+    /// The target cannot be written.
+    #[error("{}: cannot write it: {source}; check that its folder exists, may be written and has space", file.display())]
+    Unwritable {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// Layers of one file that differ in size.
+    #[error("{}: cannot write it: the {layer} has {layer_size} pixels and the colour {color_size}; give layers of one size", file.display())]
+    LayerSize {
+        /// The file.
+        file: PathBuf,
+        /// "depth" or "CoC".
+        layer: &'static str,
+        /// Its size.
+        layer_size: UVec2,
+        /// The colour's size.
+        color_size: UVec2,
+    },
+}
+
+/// Pixels accepted in a file: 2^28, four times the largest camera sensors. Beyond that a
+/// damaged header is likelier than an image.
+pub const MAX_PIXELS: u64 = 1 << 28;
+
+/// Whether the file begins like an OpenEXR file.
+pub fn is_exr(path: &Path) -> Result<bool, ImageError> {
+    let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
+    if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
+        let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file");
+        return Err(unreadable(source));
+    }
+    let mut start = Vec::new();
+    std::fs::File::open(path).and_then(|file| file.take(4).read_to_end(&mut start)).map_err(unreadable)?;
+    Ok(start == [0x76, 0x2f, 0x31, 0x01])
+}
+
+/// Reads a colour image as linear Rec. 709: sRGB-decoded from 8- and 16-bit files, as it
+/// is from HDR and EXR. Alpha is dropped, so that premultiplied colour stays over black.
+///
+/// # Errors
+///
+/// The file, the cause and the remedy.
+pub fn read_color(path: &Path) -> Result<ColorImage, ImageError> {
+    if is_exr(path)? {
+        return ExrPlanes::read(path)?.color().map(|(image, _)| image);
+    }
+    let decoded = decode(path)?;
+    let size = UVec2::new(decoded.width(), decoded.height());
+    let pixels = match decoded {
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
+            decoded.into_rgb32f().as_raw().as_chunks::<3>().0.iter().copied().map(Vec3::from).collect()
+        }
+        DynamicImage::ImageLuma16(_)
+        | DynamicImage::ImageLumaA16(_)
+        | DynamicImage::ImageRgb16(_)
+        | DynamicImage::ImageRgba16(_) => {
+            let linear = |v: u16| linear_from_srgb_f32(f32::from(v) / 65535.0);
+            decoded.into_rgb16().as_raw().as_chunks::<3>().0.iter().map(|rgb| Vec3::from(rgb.map(linear))).collect()
+        }
+        _ => {
+            let table = linear_from_srgb8_table();
+            let linear = |v: u8| table[usize::from(v)];
+            decoded.into_rgb8().as_raw().as_chunks::<3>().0.iter().map(|rgb| Vec3::from(rgb.map(linear))).collect()
+        }
+    };
+    Ok(Image { size, pixels })
+}
+
+/// Decodes PNG, JPEG or HDR, told apart by their content, within [`MAX_PIXELS`].
+pub(crate) fn decode(path: &Path) -> Result<DynamicImage, ImageError> {
+    let undecodable = |detail: String| ImageError::Undecodable { file: path.to_owned(), detail };
+    let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
+    let open = || ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(unreadable);
+    let (width, height) = open()?.into_dimensions().map_err(|e| undecodable(e.to_string()))?;
+    check_size(path, u64::from(width), u64::from(height))?;
+    open()?.decode().map_err(|e| undecodable(e.to_string()))
+}
+
+fn check_size(path: &Path, width: u64, height: u64) -> Result<(), ImageError> {
+    let accepted = width > 0 && height > 0 && width.checked_mul(height).is_some_and(|pixels| pixels <= MAX_PIXELS);
+    if accepted { Ok(()) } else { Err(ImageError::Size { file: path.to_owned(), width, height }) }
+}
+
+/// Writes an 8-bit RGBA PNG of values that are display-referred sRGB already.
+///
+/// # Errors
+///
+/// [`ImageError::Unwritable`]; the target is then as it was.
+pub fn write_png(path: &Path, image: &Image<[u8; 4]>) -> Result<(), ImageError> {
+    write_png_bytes(path, image.pixels.as_flattened(), image.size, ExtendedColorType::Rgba8)
+}
+
+/// Writes an 8-bit RGB PNG of values that are display-referred sRGB already.
+///
+/// # Errors
+///
+/// [`ImageError::Unwritable`]; the target is then as it was.
+pub fn write_png_rgb(path: &Path, image: &Image<[u8; 3]>) -> Result<(), ImageError> {
+    write_png_bytes(path, image.pixels.as_flattened(), image.size, ExtendedColorType::Rgb8)
+}
+
+fn write_png_bytes(path: &Path, bytes: &[u8], size: UVec2, color: ExtendedColorType) -> Result<(), ImageError> {
+    check_size(path, u64::from(size.x), u64::from(size.y))?;
+    write_atomically(path, |file| {
+        let encoder = image::codecs::png::PngEncoder::new(file);
+        encoder.write_image(bytes, size.x, size.y, color).map_err(std::io::Error::other)
+    })
+}
+
+/// Writes a 32-bit float EXR: R, G, B linear, and where given Z (depth along the axis,
+/// metres) and C (signed CoC diameter, px).
+///
+/// # Errors
+///
+/// [`ImageError::LayerSize`] or [`ImageError::Unwritable`]; the target is then as it was.
+pub fn write_exr(
+    path: &Path,
+    color: &ColorImage,
+    depth_z: Option<&DepthImage>,
+    coc_px: Option<&Image<f32>>,
+) -> Result<(), ImageError> {
+    for (layer, plane) in [("depth", depth_z), ("CoC", coc_px)] {
+        if let Some(plane) = plane.filter(|plane| plane.size != color.size) {
+            let (layer_size, color_size) = (plane.size, color.size);
+            return Err(ImageError::LayerSize { file: path.to_owned(), layer, layer_size, color_size });
+        }
+    }
+    check_size(path, u64::from(color.size.x), u64::from(color.size.y))?;
+    let component = |k: usize| color.pixels.iter().map(|rgb| rgb[k]).collect::<Vec<f32>>();
+    let mut planes = vec![("R", component(0)), ("G", component(1)), ("B", component(2))];
+    planes.extend(depth_z.map(|plane| ("Z", plane.pixels.clone())));
+    planes.extend(coc_px.map(|plane| ("C", plane.pixels.clone())));
+    write_atomically(path, |file| exr_planes::encode(file, color.size, planes))
+}
+
+/// Writes a file through `write` under a temporary name in the target's folder, and
+/// renames it when all is written: the target is either whole or untouched.
+///
+/// # Errors
+///
+/// [`ImageError::Unwritable`] with the first reason met.
+pub fn write_atomically(
+    path: &Path,
+    write: impl FnOnce(&mut BufWriter<&mut std::fs::File>) -> std::io::Result<()>,
+) -> Result<(), ImageError> {
+    let unwritable = |source| ImageError::Unwritable { file: path.to_owned(), source };
+    let folder = path.parent().filter(|parent| !parent.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".defocus-").suffix(".part");
+    // A temporary file is private by default; the finished one follows the umask.
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    let mut temporary = builder.tempfile_in(folder).map_err(unwritable)?;
+    let mut buffered = BufWriter::new(temporary.as_file_mut());
+    write(&mut buffered).and_then(|()| buffered.flush()).map_err(unwritable)?;
+    drop(buffered);
+    temporary.persist(path).map(|_| ()).map_err(|e| unwritable(e.error))
+}
