@@ -30,4 +30,5 @@ pub mod camera;
 pub mod gpu;
 pub mod image;
 pub mod lens;
+pub mod raytrace;
 pub mod scene;
