@@ -103,7 +103,9 @@ impl Triangles {
             return None;
         }
         let origin = vec3a(ray.origin.x as f32, ray.origin.y as f32, 0.0);
-        let direction = vec3a(ray.slope.x as f32, ray.slope.y as f32, -1.0);
+        // + 0.0 turns -0.0 into 0.0: `obvhs` takes the former's reciprocal for negative and
+        // its direction for positive, and so misses everything.
+        let direction = vec3a(ray.slope.x as f32 + 0.0, ray.slope.y as f32 + 0.0, -1.0);
         let box_ray = Ray::new(origin, direction, 0.0, f32::INFINITY);
         let mut best: Option<Hit> = None;
         let mut best_depth = f64::INFINITY;

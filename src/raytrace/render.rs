@@ -89,7 +89,7 @@ impl RayRender {
         let target = self.points_done().saturating_add(points).min(self.points_wanted());
         let first = self.options.lens_points.start;
         let eyes: Vec<DVec2> = (first..first + target)
-            .map(|i| self.projection.eye_on_lens_m(&self.lens, lens_point(&self.lens, i)))
+            .map(|i| self.projection.eye_on_lens_m(&self.lens, self.lens.aperture.lens_point(i)))
             .collect();
         // Taken out for the time being, so that the rest can be read from every thread.
         let mut rows = std::mem::take(&mut self.rows);
@@ -166,13 +166,4 @@ impl RayRender {
         };
         Sample { ray, viewer_m: if self.options.view_dependent { eye_m } else { DVec2::ZERO } }
     }
-}
-
-/// The lens point of the given index: the golden-angle spiral of Vogel 1979 ...
-fn lens_point(lens: &Lens, index: u32) -> DVec2 {
-    let _ = &lens.aperture;
-    let golden = 1.324_717_957_244_746_f64;
-    let u = (0.5 + f64::from(index) / golden).fract();
-    let t = (0.5 + f64::from(index) / (golden * golden)).fract();
-    DVec2::from_angle(t * std::f64::consts::TAU) * u.sqrt()
 }
