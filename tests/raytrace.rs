@@ -2,13 +2,13 @@
 
 mod common;
 
-use common::{front_camera, lens, quad, scene, sphere, textured, unlit};
+use common::{front_camera, lens, quad, scene, sphere, textured, unlit, uv_grid_texture};
 use defocus::camera::{Camera, Projection};
 use defocus::image::{ColorImage, DepthImage};
 use defocus::lens::Lens;
 use defocus::raytrace::{RayError, RayImage, RayOptions, RayRender, RayScene, Shading};
-use defocus::scene::{Environment, Light, LightKind, Material, Scene};
-use glam::{DAffine3, DVec2, DVec3, Vec2, Vec3, dvec2, dvec3, uvec2, vec2, vec3};
+use defocus::scene::{Environment, Light, LightKind, Material, Scene, TextureImage};
+use glam::{DAffine3, DQuat, DVec2, DVec3, Vec2, Vec3, dvec2, dvec3, uvec2, vec2, vec3};
 use std::ops::ControlFlow;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -286,27 +286,28 @@ fn a_sphere_lies_where_it_should() {
     assert!(inside > 300 && outside > 300, "{inside}, {outside}");
 }
 
-/// A ball and a floor under a sun, a lamp, a spot and a studio.
-fn lit_scene(origin: DVec3) -> Scene {
+/// A ball and a floor under a sun, a lamp, a spot and a studio, all moved by `placed`.
+fn lit_scene(placed: DAffine3) -> Scene {
     let glossy = Material { metallic: 0.3, roughness: 0.3, base_color: vec3(0.8, 0.5, 0.2).extend(1.0), ..textured() };
     let glossy = Material { unlit: false, ..glossy };
     let floor = Material { unlit: false, metallic: 0.0, roughness: 0.7, ..textured() };
     let mut lit =
         scene(vec![sphere(1.0, 24, 0), quad(0.0, Vec2::splat(-6.0), Vec2::splat(6.0), 1)], vec![glossy, floor]);
-    lit.instances[0].world_from_object = DAffine3::from_translation(origin + dvec3(0.0, 0.0, -4.0));
+    lit.instances[0].world_from_object = placed * DAffine3::from_translation(dvec3(0.0, 0.0, -4.0));
     lit.instances[1].world_from_object =
-        DAffine3::from_translation(origin + dvec3(0.0, -1.0, -4.0)) * DAffine3::from_rotation_x(-1.5);
-    let lamp = origin + dvec3(-1.5, 1.5, -2.5);
-    let direction = dvec3(0.3, -1.0, -0.4).normalize();
+        placed * DAffine3::from_translation(dvec3(0.0, -1.0, -4.0)) * DAffine3::from_rotation_x(-1.5);
+    let along = |direction: DVec3| placed.transform_vector3(direction.normalize());
+    let direction = along(dvec3(0.3, -1.0, -0.4));
+    let lamp = placed.transform_point3(dvec3(-1.5, 1.5, -2.5));
     lit.lights = vec![
         Light { intensity: Vec3::splat(2.0), kind: LightKind::Directional { direction } },
         Light { intensity: vec3(3.0, 2.0, 1.0), kind: LightKind::Point { position: lamp, range_m: 8.0 } },
         Light {
             intensity: vec3(1.0, 4.0, 9.0),
             kind: LightKind::Spot {
-                position: origin + dvec3(2.0, 2.0, -3.0),
+                position: placed.transform_point3(dvec3(2.0, 2.0, -3.0)),
                 range_m: f64::INFINITY,
-                direction: dvec3(-0.5, -1.0, -0.3).normalize(),
+                direction: along(dvec3(-0.5, -1.0, -0.3)),
                 cos_inner: 0.95,
                 cos_outer: 0.8,
             },
@@ -322,15 +323,18 @@ fn lit_scene(origin: DVec3) -> Scene {
 }
 
 #[test]
-fn far_from_the_origin_looks_the_same() {
-    let far = dvec3(1.0e6, -2.0e5, 1.0e6);
+fn far_from_the_origin_and_looking_back_is_the_same() {
     let projection = frame(48, 36);
-    let at = |origin: DVec3| {
-        let camera = Camera { position: origin, ..front_camera() };
-        start(lit_scene(origin), &camera, &projection, &lens(8.0, 4.0), &points(16))
+    let at = |position: DVec3, orientation: DQuat| {
+        let camera = Camera { position, orientation, ..front_camera() };
+        let placed = DAffine3::from_rotation_translation(orientation, position);
+        start(lit_scene(placed), &camera, &projection, &lens(8.0, 4.0), &points(16))
             .run(|_, _| ControlFlow::Continue(()))
     };
-    let (here, there) = (at(DVec3::ZERO), at(far));
+    // The studio is the same after half a turn about the vertical, and after no less.
+    let half_turn = DQuat::from_rotation_y(std::f64::consts::PI);
+    let here = at(DVec3::ZERO, DQuat::IDENTITY);
+    let there = at(dvec3(1.0e6, -2.0e5, 1.0e6), half_turn);
     // f64 places a point 1.4e6 m away to 2.3e-10 m, a hundredth of f32 at 4 m: an edge pixel
     // may change hands for one lens point, all others agree to shading's f32 rounding.
     let differing =
@@ -352,6 +356,46 @@ fn a_diffuse_surface_under_one_lux() {
     assert!((image.pinhole.at(1, 1) - Vec3::splat(0.97)).abs().max_element() < 1e-5, "{}", image.pinhole.at(1, 1));
     let plain = trace(one, &frame(3, 3), &lens(0.0, 3.0), &RayOptions { shading: Shading::Unlit, ..points(1) });
     assert_eq!(plain.pinhole.at(1, 1), Vec3::ONE);
+}
+
+/// A rough white quad of the given vertex normal under a slanting light, as one pixel.
+fn slanted(normal: Vec3, normal_map: Option<[u8; 4]>, world_from_object: DAffine3) -> Vec3 {
+    let mut material = Material { metallic: 0.0, roughness: 0.6, double_sided: true, ..Material::default() };
+    let mut mesh = quad(0.0, Vec2::splat(-9.0), Vec2::splat(9.0), 0);
+    for vertex in &mut mesh.vertices {
+        vertex.normal = normal.normalize();
+    }
+    if normal_map.is_some() {
+        material.normal_texture = textured().base_color_texture;
+    }
+    let mut one = scene(vec![mesh], vec![material]);
+    if let Some(texel) = normal_map {
+        let flat = TextureImage { srgb: false, rgba8: vec![texel; 64], ..uv_grid_texture(uvec2(8, 8)) };
+        one.textures = vec![Arc::new(flat)];
+    }
+    one.instances[0].world_from_object = DAffine3::from_translation(dvec3(0.0, 0.0, -2.0)) * world_from_object;
+    let kind = LightKind::Directional { direction: dvec3(-0.6, -0.3, -0.7).normalize() };
+    one.lights = vec![Light { intensity: Vec3::splat(3.0), kind }];
+    trace(one, &frame(1, 1), &lens(0.0, 3.0), &points(1)).pinhole.at(0, 0)
+}
+
+#[test]
+fn normals_come_from_maps_and_turn_over_on_back_faces() {
+    let straight = slanted(Vec3::Z, None, DAffine3::IDENTITY);
+    let texel = [200u8, 90, 220, 255];
+    let stored = vec3(200.0, 90.0, 220.0) / 127.5 - Vec3::ONE;
+    let mapped = slanted(Vec3::Z, Some(texel), DAffine3::IDENTITY);
+    // Tangent +x and normal +z give the bitangent +y: the texel's own axes.
+    let expected = slanted(stored, None, DAffine3::IDENTITY);
+    assert!((mapped - expected).abs().max_element() < 1e-5, "{mapped}, not {expected}");
+    assert!((mapped - straight).abs().max_element() > 0.01);
+    // Half a turn shows the back: the normal that pointed away is turned over.
+    let behind = slanted(Vec3::Z, None, DAffine3::from_rotation_y(std::f64::consts::PI));
+    assert!((behind - straight).abs().max_element() < 1e-5, "{behind}, not {straight}");
+    // Squeezed tenfold along z a normal leans towards z: inverse transpose, not the matrix.
+    let squeezed = slanted(vec3(1.0, 0.0, 1.0), None, DAffine3::from_scale(dvec3(1.0, 1.0, 0.1)));
+    let leaning = slanted(vec3(0.1, 0.0, 1.0), None, DAffine3::IDENTITY);
+    assert!((squeezed - leaning).abs().max_element() < 1e-5, "{squeezed}, not {leaning}");
 }
 
 #[test]
@@ -380,7 +424,7 @@ fn highlights_follow_the_lens_point_only_when_asked() {
     let camera = front_camera();
     let render = |view_dependent, shading| {
         let options = RayOptions { view_dependent, shading, lens_points: 0..64 };
-        start(lit_scene(DVec3::ZERO), &camera, &frame(48, 36), &lens(60.0, 3.2), &options)
+        start(lit_scene(DAffine3::IDENTITY), &camera, &frame(48, 36), &lens(60.0, 3.2), &options)
             .run(|_, _| ControlFlow::Continue(()))
             .color
     };
@@ -393,7 +437,7 @@ fn highlights_follow_the_lens_point_only_when_asked() {
 #[test]
 fn stopping_and_going_on_loses_nothing() {
     let camera = front_camera();
-    let begin = || start(lit_scene(DVec3::ZERO), &camera, &frame(24, 18), &lens(8.0, 3.0), &points(48));
+    let begin = || start(lit_scene(DAffine3::IDENTITY), &camera, &frame(24, 18), &lens(8.0, 3.0), &points(48));
     let whole = begin().run(|_, _| ControlFlow::Continue(()));
     let mut parts = begin();
     assert_eq!(parts.image().color, parts.image().pinhole, "no lens point yet");

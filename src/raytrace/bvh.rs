@@ -208,4 +208,18 @@ mod tests {
         assert!(one.nearest(&LensRay { min_depth: 4.5, ..ray }, |_, _| true).is_none());
         assert!(Triangles::new(Vec::new()).nearest(&ray, |_, _| true).is_none());
     }
+
+    /// Many triangles in one place make degenerate hierarchies; none may be lost.
+    #[test]
+    fn the_nearest_of_a_heap() {
+        let layer = |k: u32| {
+            let z = -3.0 - (k * 797 % 2_003) as f32 * 1e-6;
+            Triangle { corners: [vec3(-1.0, -1.0, z), vec3(1.0, -1.0, z), vec3(0.0, 1.0, z)], instance: 0, triangle: k }
+        };
+        let heap = Triangles::new((0..2_003).map(layer).chain((0..1_000).map(|_| layer(1))).collect());
+        for step in 0..50 {
+            let ray = LensRay { origin: dvec2(0.0, 0.3), slope: dvec2(f64::from(step) * 0.002, -0.1), min_depth: 1.0 };
+            assert_eq!(heap.nearest(&ray, |_, _| true).map(|hit| hit.triangle), Some(0));
+        }
+    }
 }

@@ -12,7 +12,7 @@
 //!                    ` .  slope - eye/df
 //!   -----------+-------- ` * -------------- axis, d ->
 //!              |         df  ` .
-//!                                ` X  depth d: meets the image at p + v c(d)/2
+//!                                ` X  depth d: what the pinhole sees at p - v c(d)/2
 //! ```
 //!
 //! Rays pass pixel *centres*, without jitter within the pixel: where everything is in focus

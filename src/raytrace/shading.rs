@@ -109,7 +109,7 @@ impl Surface {
                 self.brdf(view, towards, diffuse, f0) * self.normal.dot(towards).max(0.0) * irradiance
             })
             .sum();
-        bounded(lit + self.from_environment(view, diffuse, f0, environment) + self.emissive)
+        bounded(lit + self.environment_light(view, diffuse, f0, environment) + self.emissive)
     }
 
     /// Reflected radiance per irradiance, between the unit vectors `view` and `towards` the light.
@@ -136,7 +136,7 @@ impl Surface {
 
     /// Ambient and mirrored light. The weights of the latter are the split-sum fit of Karis,
     /// "Physically Based Shading on Mobile" (2014).
-    fn from_environment(&self, view: Vec3, diffuse: Vec3, f0: Vec3, environment: &Environment) -> Vec3 {
+    fn environment_light(&self, view: Vec3, diffuse: Vec3, f0: Vec3, environment: &Environment) -> Vec3 {
         let n_v = self.n_dot_v(view);
         let r = vec4(-1.0, -0.0275, -0.572, 0.022) * self.roughness + vec4(1.0, 0.0425, 1.04, -0.04);
         let a004 = (r.x * r.x).min((-9.28 * n_v).exp2()) * r.x + r.y;
@@ -160,4 +160,71 @@ pub(super) fn unlit(base_color: Vec4) -> Vec3 {
 fn bounded(radiance: Vec3) -> Vec3 {
     let channel = |c: f32| if c > 0.0 { c.min(MAX_RADIANCE) } else { 0.0 };
     Vec3::new(channel(radiance.x), channel(radiance.y), channel(radiance.z))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{dvec3, vec3};
+
+    const LENS_CENTRE: DVec3 = DVec3::new(1.0e6, 5.0, -3.0);
+
+    fn irradiance(kind: LightKind, position: Vec3) -> f32 {
+        let light = RelativeLight::new(&Light { intensity: Vec3::splat(8.0), kind }, LENS_CENTRE);
+        light.at(position).1.x
+    }
+
+    #[test]
+    fn point_lights_fall_off_by_the_square_and_end_at_their_range() {
+        let at = |range_m| {
+            let kind = LightKind::Point { position: LENS_CENTRE + dvec3(0.0, 2.0, 0.0), range_m };
+            irradiance(kind, Vec3::ZERO)
+        };
+        assert_eq!(at(f64::INFINITY), 2.0);
+        // (d / range)^4 = 1/16.
+        assert_eq!(at(4.0), 2.0 * 15.0 / 16.0);
+        assert_eq!(at(2.0), 0.0);
+        assert_eq!(at(1.0), 0.0);
+    }
+
+    #[test]
+    fn spots_fade_between_their_cosines() {
+        let at = |x: f32| {
+            let (cos_inner, cos_outer) = (0.9, 0.5);
+            let position = LENS_CENTRE;
+            let kind =
+                LightKind::Spot { position, range_m: f64::INFINITY, direction: DVec3::NEG_Y, cos_inner, cos_outer };
+            // At the distance 1 and the cosine x from the axis.
+            irradiance(kind, vec3((1.0 - x * x).sqrt(), -x, 0.0))
+        };
+        assert!((at(0.95) - 8.0).abs() < 1e-5);
+        assert!((at(0.7) - 2.0).abs() < 1e-5, "half way, squared: {}", at(0.7));
+        assert_eq!(at(0.45), 0.0);
+    }
+
+    #[test]
+    fn highlights_peak_where_the_half_vector_is_the_normal() {
+        let surface = Surface {
+            position: Vec3::ZERO,
+            normal: Vec3::Y,
+            albedo: Vec3::ONE,
+            metallic: 1.0,
+            roughness: 0.5,
+            emissive: Vec3::ZERO,
+        };
+        let view = vec3(0.6, 0.8, 0.0);
+        let towards = vec3(-0.6, 0.8, 0.0);
+        // F = 1 for a white metal; D = 1 / (pi a^2), a = 1/4; V with n.l = n.v = 0.8 is
+        // 1 / (4 * 0.8 * sqrt(0.64 (1 - a^2) + a^2)).
+        let expected = 16.0 / PI / (3.2 * (0.64f32 * (15.0 / 16.0) + 1.0 / 16.0).sqrt());
+        let peak = surface.brdf(view, towards, Vec3::ZERO, Vec3::ONE).x;
+        assert!((peak / expected - 1.0).abs() < 1e-5, "{peak}, not {expected}");
+        assert!(surface.brdf(view, vec3(-0.5, 0.75f32.sqrt(), 0.0), Vec3::ZERO, Vec3::ONE).x < peak);
+        assert_eq!(surface.brdf(view, Vec3::NEG_Y, Vec3::ZERO, Vec3::ONE), Vec3::ZERO);
+    }
+
+    #[test]
+    fn radiance_is_bounded_and_a_number() {
+        assert_eq!(bounded(vec3(f32::NAN, -1.0, f32::INFINITY)), vec3(0.0, 0.0, MAX_RADIANCE));
+    }
 }

@@ -1,5 +1,7 @@
 //! Small scenes and lenses for tests.
 
+#![allow(dead_code, reason = "every test binary compiles this module and uses its own part of it")]
+
 use defocus::camera::Camera;
 use defocus::lens::Lens;
 use defocus::scene::{Instance, Material, Mesh, Scene, TextureImage, TextureUse, Vertex, Wrap};
