@@ -32,5 +32,6 @@ pub mod image;
 pub mod image_io;
 pub mod lens;
 pub mod methods;
+pub mod raytrace;
 pub mod scene;
 pub mod view;
