@@ -27,7 +27,10 @@
 
 pub mod aperture;
 pub mod camera;
+pub mod display;
 pub mod gpu;
 pub mod image;
 pub mod lens;
+pub mod metrics;
+pub mod presets;
 pub mod scene;
