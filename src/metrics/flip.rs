@@ -5,7 +5,7 @@
 use super::{MetricsError, check_pair, check_pixels_per_degree};
 use crate::display::Display;
 use crate::image::{ColorImage, Image};
-use glam::{Mat3, UVec2, Vec3, vec3};
+use glam::{DVec4, Mat3, Vec2, Vec3, Vec4, vec2, vec3, vec4};
 use rayon::prelude::*;
 use std::f64::consts::PI;
 
@@ -52,10 +52,10 @@ pub fn flip_map(
 
 /// FLIP of linear display values in [0, 1].
 pub(super) fn flip_of_linear(test: &ColorImage, reference: &ColorImage, pixels_per_degree: f32) -> Image<f32> {
-    let (test, reference) = (Opponent::new(test), Opponent::new(reference));
-    let spatial = SpatialFilters::new(f64::from(pixels_per_degree));
+    let (test, reference) = (opponent(test), opponent(reference));
+    let spatial = spatial_filter(f64::from(pixels_per_degree));
     let feature = FeatureFilters::new(f64::from(pixels_per_degree));
-    let color = (spatial.perceived_lab(&test), spatial.perceived_lab(&reference));
+    let color = (perceived_lab(&test, &spatial), perceived_lab(&reference, &spatial));
     let features = (feature.strengths(&test), feature.strengths(&reference));
     let remap = ColorDifference::new();
     let error = |i: usize| {
@@ -69,69 +69,46 @@ pub(super) fn flip_of_linear(test: &ColorImage, reference: &ColorImage, pixels_p
     Image { size: test.size, pixels: (0..color.0.len()).into_par_iter().map(error).collect() }
 }
 
-/// Planes of the linear opponent space YCxCz (section 4.1.1).
-struct Opponent {
-    size: UVec2,
-    y: Vec<f32>,
-    cx: Vec<f32>,
-    cz: Vec<f32>,
+/// Pixels in the linear opponent space YCxCz (section 4.1.1), Cz twice: a filter of four
+/// channels then serves both summands of its sensitivity.
+fn opponent(linear: &ColorImage) -> Image<Vec4> {
+    let white = XYZ_FROM_RGB * Vec3::ONE;
+    let convert = |rgb: &Vec3| {
+        let xyz = XYZ_FROM_RGB * *rgb / white;
+        let cz = 200.0 * (xyz.y - xyz.z);
+        vec4(116.0 * xyz.y - 16.0, 500.0 * (xyz.x - xyz.y), cz, cz)
+    };
+    Image { size: linear.size, pixels: linear.pixels.par_iter().map(convert).collect() }
 }
 
-impl Opponent {
-    fn new(linear: &ColorImage) -> Self {
-        let white = XYZ_FROM_RGB * Vec3::ONE;
-        let convert = |rgb: &Vec3| {
-            let xyz = XYZ_FROM_RGB * *rgb / white;
-            (116.0 * xyz.y - 16.0, (500.0 * (xyz.x - xyz.y), 200.0 * (xyz.y - xyz.z)))
-        };
-        let (y, (cx, cz)) = linear.pixels.par_iter().map(convert).unzip();
-        Self { size: linear.size, y, cx, cz }
-    }
+/// Contrast sensitivity as a filter (section 4.1.1), the same along rows and columns.
+fn spatial_filter(pixels_per_degree: f64) -> Vec<Vec4> {
+    // Three standard deviations of the widest.
+    let radius = (3.0 * (CSF_CZ[0].1 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
+    let gaussian = |b: f64, factor: f64| -> Vec<f64> {
+        let angle = |i: i32| f64::from(i) / pixels_per_degree;
+        (-radius..=radius).map(|i| factor * (-PI * PI * angle(i).powi(2) / b).exp()).collect()
+    };
+    let sum = |weights: &[f64]| weights.iter().sum::<f64>();
+    let (y, cx) = (gaussian(CSF_Y.1, 1.0), gaussian(CSF_CX.1, 1.0));
+    // Either summand has the root of its factor in both directions; they sum to 1 together.
+    let [cz1, cz2] = CSF_CZ.map(|(a, b)| gaussian(b, (a * (PI / b).sqrt()).sqrt()));
+    let norms = [sum(&y), sum(&cx), sum(&cz1).hypot(sum(&cz2))];
+    let weight = |i: usize| DVec4::new(y[i] / norms[0], cx[i] / norms[1], cz1[i] / norms[2], cz2[i] / norms[2]);
+    (0..y.len()).map(|i| weight(i).as_vec4()).collect()
 }
 
-/// Contrast sensitivity as filters (section 4.1.1).
-struct SpatialFilters {
-    y: Vec<f32>,
-    cx: Vec<f32>,
-    cz: [Vec<f32>; 2],
-}
-
-impl SpatialFilters {
-    fn new(pixels_per_degree: f64) -> Self {
-        // Three standard deviations of the widest.
-        let radius = (3.0 * (CSF_CZ[0].1 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
-        let gaussian = |b: f64| -> Vec<f64> {
-            let angle = |i: i32| f64::from(i) / pixels_per_degree;
-            (-radius..=radius).map(|i| (-PI * PI * angle(i).powi(2) / b).exp()).collect()
-        };
-        let normalised = |b: f64| {
-            let weights = gaussian(b);
-            let sum: f64 = weights.iter().sum();
-            weights.iter().map(|w| (w / sum) as f32).collect()
-        };
-        // Either summand has its factor's root in both directions; they sum to 1 together.
-        let cz = CSF_CZ.map(|(a, b)| gaussian(b).iter().map(|w| w * (a * (PI / b).sqrt()).sqrt()).collect::<Vec<_>>());
-        let sums = cz.each_ref().map(|weights| weights.iter().sum::<f64>());
-        let norm = sums[0].hypot(sums[1]);
-        let cz = cz.map(|weights| weights.iter().map(|w| (w / norm) as f32).collect());
-        Self { y: normalised(CSF_Y.1), cx: normalised(CSF_CX.1), cz }
-    }
-
-    /// What is perceived of the colours: filtered, clamped to displayable ones, in L*a*b*
-    /// with the Hunt effect (sections 4.1.1 to 4.1.3).
-    fn perceived_lab(&self, image: &Opponent) -> Vec<Vec3> {
-        let y = convolve(&image.y, image.size, &self.y, &self.y);
-        let cx = convolve(&image.cx, image.size, &self.cx, &self.cx);
-        let [cz1, cz2] = self.cz.each_ref().map(|kernel| convolve(&image.cz, image.size, kernel, kernel));
-        let rgb_from_xyz = XYZ_FROM_RGB.inverse();
-        let white = XYZ_FROM_RGB * Vec3::ONE;
-        let perceived = |i: usize| {
-            let y = (y[i] + 16.0) / 116.0;
-            let xyz = vec3(y + cx[i] / 500.0, y, y - (cz1[i] + cz2[i]) / 200.0) * white;
-            hunt_lab((rgb_from_xyz * xyz).clamp(Vec3::ZERO, Vec3::ONE))
-        };
-        (0..y.len()).into_par_iter().map(perceived).collect()
-    }
+/// What is perceived of the colours: filtered, clamped to displayable ones, in L*a*b* with
+/// the Hunt effect (sections 4.1.1 to 4.1.3).
+fn perceived_lab(image: &Image<Vec4>, filter: &[Vec4]) -> Vec<Vec3> {
+    let rgb_from_xyz = XYZ_FROM_RGB.inverse();
+    let white = XYZ_FROM_RGB * Vec3::ONE;
+    let perceived = |filtered: &Vec4| {
+        let y = (filtered.x + 16.0) / 116.0;
+        let xyz = vec3(y + filtered.y / 500.0, y, y - (filtered.z + filtered.w) / 200.0) * white;
+        hunt_lab((rgb_from_xyz * xyz).clamp(Vec3::ZERO, Vec3::ONE))
+    };
+    convolve(image, filter, filter).par_iter().map(perceived).collect()
 }
 
 /// L*a*b* of a linear sRGB colour with chroma scaled by lightness (section 4.1.2).
@@ -173,11 +150,11 @@ fn hyab(a: Vec3, b: Vec3) -> f32 {
     d.x.abs() + d.y.hypot(d.z)
 }
 
-/// Edge and point detectors (section 4.2.1): a Gaussian and its derivatives.
+/// Edge and point detectors (section 4.2.1): derivatives of a Gaussian in x (channels 0
+/// and 1) and in y (2 and 3), first and second.
 struct FeatureFilters {
-    gaussian: Vec<f32>,
-    first: Vec<f32>,
-    second: Vec<f32>,
+    along_rows: Vec<Vec4>,
+    along_columns: Vec<Vec4>,
 }
 
 impl FeatureFilters {
@@ -186,20 +163,21 @@ impl FeatureFilters {
         let radius = (3.0 * sigma).ceil() as i32;
         let samples = |f: &dyn Fn(f64) -> f64| -> Vec<f64> { (-radius..=radius).map(|i| f(f64::from(i))).collect() };
         let gaussian = |x: f64| (-x * x / (2.0 * sigma * sigma)).exp();
+        let smooth = unit_sums(&samples(&gaussian));
+        let first = unit_sums(&samples(&|x| -x * gaussian(x)));
+        let second = unit_sums(&samples(&|x| (x * x / (sigma * sigma) - 1.0) * gaussian(x)));
+        let taps = 0..smooth.len();
         Self {
-            gaussian: unit_sums(&samples(&gaussian)),
-            first: unit_sums(&samples(&|x| -x * gaussian(x))),
-            second: unit_sums(&samples(&|x| (x * x / (sigma * sigma) - 1.0) * gaussian(x))),
+            along_rows: taps.clone().map(|i| vec4(first[i], second[i], smooth[i], smooth[i])).collect(),
+            along_columns: taps.map(|i| vec4(smooth[i], smooth[i], first[i], second[i])).collect(),
         }
     }
 
     /// Strength of the edge (x) and of the point (y) at every pixel.
-    fn strengths(&self, image: &Opponent) -> Vec<glam::Vec2> {
-        let luminance: Vec<f32> = image.y.par_iter().map(|y| (y + 16.0) / 116.0).collect();
-        let filter = |rows: &[f32], columns: &[f32]| convolve(&luminance, image.size, rows, columns);
-        let (dx, dy) = (filter(&self.first, &self.gaussian), filter(&self.gaussian, &self.first));
-        let (ddx, ddy) = (filter(&self.second, &self.gaussian), filter(&self.gaussian, &self.second));
-        (0..dx.len()).into_par_iter().map(|i| glam::vec2(dx[i].hypot(dy[i]), ddx[i].hypot(ddy[i]))).collect()
+    fn strengths(&self, image: &Image<Vec4>) -> Vec<Vec2> {
+        let luminance = image.map(|p| Vec4::splat((p.x + 16.0) / 116.0));
+        let filtered = convolve(&luminance, &self.along_rows, &self.along_columns);
+        filtered.par_iter().map(|d| vec2(d.x.hypot(d.z), d.y.hypot(d.w))).collect()
     }
 }
 
@@ -210,11 +188,12 @@ fn unit_sums(weights: &[f64]) -> Vec<f32> {
     weights.iter().map(|w| if *w > 0.0 { w / positive } else { w / negative.max(f64::MIN_POSITIVE) } as f32).collect()
 }
 
-/// Separable correlation with odd kernels; the border's pixels continue outside.
-fn convolve(plane: &[f32], size: UVec2, along_rows: &[f32], along_columns: &[f32]) -> Vec<f32> {
-    let (width, height) = (size.x as usize, size.y as usize);
-    let mut rows = vec![0.0_f32; plane.len()];
-    rows.par_chunks_exact_mut(width).zip(plane.par_chunks_exact(width)).for_each(|(out, row)| {
+/// Separable correlation, channel by channel, with odd kernels; the border's pixels
+/// continue outside.
+fn convolve(image: &Image<Vec4>, along_rows: &[Vec4], along_columns: &[Vec4]) -> Vec<Vec4> {
+    let (width, height) = (image.size.x as usize, image.size.y as usize);
+    let mut rows = vec![Vec4::ZERO; image.pixels.len()];
+    rows.par_chunks_exact_mut(width).zip(image.pixels.par_chunks_exact(width)).for_each(|(out, row)| {
         let radius = along_rows.len() / 2;
         let mut padded = vec![row[0]; radius];
         padded.extend_from_slice(row);
@@ -223,7 +202,7 @@ fn convolve(plane: &[f32], size: UVec2, along_rows: &[f32], along_columns: &[f32
             accumulate(out, &padded[offset..offset + width], *weight);
         }
     });
-    let mut columns = vec![0.0_f32; plane.len()];
+    let mut columns = vec![Vec4::ZERO; image.pixels.len()];
     columns.par_chunks_exact_mut(width).enumerate().for_each(|(y, out)| {
         let radius = along_columns.len() / 2;
         for (offset, weight) in along_columns.iter().enumerate() {
@@ -234,8 +213,8 @@ fn convolve(plane: &[f32], size: UVec2, along_rows: &[f32], along_columns: &[f32
     columns
 }
 
-fn accumulate(out: &mut [f32], values: &[f32], weight: f32) {
+fn accumulate(out: &mut [Vec4], values: &[Vec4], weight: Vec4) {
     for (sum, value) in out.iter_mut().zip(values) {
-        *sum += weight * value;
+        *sum += weight * *value;
     }
 }
