@@ -27,11 +27,14 @@
 
 pub mod aperture;
 pub mod camera;
+pub mod display;
 pub mod gpu;
 pub mod image;
 pub mod image_io;
 pub mod lens;
 pub mod methods;
 pub mod raytrace;
+pub mod metrics;
+pub mod presets;
 pub mod scene;
 pub mod view;
