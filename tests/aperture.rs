@@ -144,7 +144,7 @@ fn unit_square_points(range: std::ops::Range<u32>) -> Vec<DVec2> {
 #[test]
 fn every_prefix_is_a_good_set() {
     // (0,2)-nets in base 2 have a star discrepancy below (log2 N / 2 + 3/2) / N
-    // (Niederreiter 1992, theorem 4.7); a prefix is a union of at most log2 N such nets.
+    // (Niederreiter 1992, chapter 4); a prefix is a union of at most log2 N such nets.
     for n in [16_u32, 64, 256, 1024] {
         let bound = (f64::from(n.ilog2()) / 2.0 + 1.5) / f64::from(n);
         let found = star_discrepancy(&unit_square_points(0..n));

@@ -31,7 +31,7 @@ fn second_dimension(mut index: u32) -> u32 {
 }
 
 /// Owen's nested uniform scrambling by the hash of Laine and Karras, as in Burley,
-/// "Practical Hash-based Owen Scrambling" (JCGT 2020), listings 2 and 3.
+/// "Practical Hash-based Owen Scrambling" (JCGT 2020).
 fn scramble(bits: u32, seed: u32) -> u32 {
     let mut x = bits.reverse_bits().wrapping_add(seed);
     for factor in [0x6c50_b47c_u32, 0xb82f_1e52, 0xc7af_e638, 0x8d22_f6e6] {

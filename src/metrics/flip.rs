@@ -1,6 +1,6 @@
 //! LDR-FLIP: Andersson, Nilsson, Akenine-Moller, Oskarsson, Astrom and Fairchild, "FLIP: A
 //! Difference Evaluator for Alternating Images" (HPG 2020), with the separable form of its
-//! filters from the authors' `separatedConvolutions.pdf`. Sections are the paper's.
+//! filters from the authors' `separatedConvolutions.pdf`.
 
 use super::{MetricsError, check_pair, check_pixels_per_degree};
 use crate::display::Display;
@@ -12,18 +12,18 @@ use std::f64::consts::PI;
 /// The paper's viewer: 0.7 m before a display of 3840 px on 0.7 m, 3840 pi / 180 px per degree.
 pub const DEFAULT_PIXELS_PER_DEGREE: f32 = 67.020_64;
 
-/// Exponent of the colour difference (section 4.1.4).
+/// Exponent of the colour difference.
 const QC: f32 = 0.7;
 /// Share of the greatest colour difference up to which differences are stretched ...
 const PC: f32 = 0.4;
 /// ... and the error it is stretched to.
 const PT: f32 = 0.95;
-/// Exponent of the feature difference (section 4.2.2).
+/// Exponent of the feature difference.
 const QF: f32 = 0.5;
-/// Width of the edge and point detectors, degrees (section 4.2.1).
+/// Width of the edge and point detectors, degrees.
 const FEATURE_WIDTH_DEG: f64 = 0.082;
-/// Contrast sensitivity as sums of Gaussians (a, b) with the visual angle in degrees
-/// (section 4.1.1, table 1): achromatic, red-green, and the two of blue-yellow.
+/// Contrast sensitivity as sums of Gaussians (a, b) with the visual angle in degrees:
+/// achromatic, red-green, and the two of blue-yellow.
 const CSF_Y: (f64, f64) = (1.0, 0.0047);
 const CSF_CX: (f64, f64) = (1.0, 0.0053);
 const CSF_CZ: [(f64, f64); 2] = [(34.1, 0.04), (13.5, 0.025)];
@@ -45,7 +45,7 @@ pub fn flip_map(
     display: Display,
     pixels_per_degree: f32,
 ) -> Result<Image<f32>, MetricsError> {
-    check_pair(test, reference)?;
+    check_pair("test image", test, reference)?;
     check_pixels_per_degree(pixels_per_degree)?;
     Ok(flip_of_linear(&display.linear_image(test), &display.linear_image(reference), pixels_per_degree))
 }
@@ -60,16 +60,16 @@ pub(super) fn flip_of_linear(test: &ColorImage, reference: &ColorImage, pixels_p
     let remap = ColorDifference::new();
     let error = |i: usize| {
         let color = remap.of(color.0[i], color.1[i]);
-        // Section 4.2.2: the stronger of edge and point difference.
+        // The stronger of edge and point difference.
         let difference = (features.0[i] - features.1[i]).abs().max_element();
         let feature = (difference * std::f32::consts::FRAC_1_SQRT_2).powf(QF);
-        // Section 4.3: features raise the colour difference.
+        // Features raise the colour difference.
         color.powf(1.0 - feature)
     };
     Image { size: test.size, pixels: (0..color.0.len()).into_par_iter().map(error).collect() }
 }
 
-/// Pixels in the linear opponent space YCxCz (section 4.1.1), Cz twice: a filter of four
+/// Pixels in the linear opponent space YCxCz, Cz twice: a filter of four
 /// channels then serves both summands of its sensitivity.
 fn opponent(linear: &ColorImage) -> Image<Vec4> {
     let white = XYZ_FROM_RGB * Vec3::ONE;
@@ -81,7 +81,7 @@ fn opponent(linear: &ColorImage) -> Image<Vec4> {
     Image { size: linear.size, pixels: linear.pixels.par_iter().map(convert).collect() }
 }
 
-/// Contrast sensitivity as a filter (section 4.1.1), the same along rows and columns.
+/// Contrast sensitivity as a filter, the same along rows and columns.
 fn spatial_filter(pixels_per_degree: f64) -> Vec<Vec4> {
     // Three standard deviations of the widest.
     let radius = (3.0 * (CSF_CZ[0].1 / (2.0 * PI * PI)).sqrt() * pixels_per_degree).ceil() as i32;
@@ -99,7 +99,7 @@ fn spatial_filter(pixels_per_degree: f64) -> Vec<Vec4> {
 }
 
 /// What is perceived of the colours: filtered, clamped to displayable ones, in L*a*b* with
-/// the Hunt effect (sections 4.1.1 to 4.1.3).
+/// the Hunt effect.
 fn perceived_lab(image: &Image<Vec4>, filter: &[Vec4]) -> Vec<Vec3> {
     let rgb_from_xyz = XYZ_FROM_RGB.inverse();
     let white = XYZ_FROM_RGB * Vec3::ONE;
@@ -111,7 +111,7 @@ fn perceived_lab(image: &Image<Vec4>, filter: &[Vec4]) -> Vec<Vec3> {
     convolve(image, filter, filter).par_iter().map(perceived).collect()
 }
 
-/// L*a*b* of a linear sRGB colour with chroma scaled by lightness (section 4.1.2).
+/// L*a*b* of a linear sRGB colour with chroma scaled by lightness.
 fn hunt_lab(rgb: Vec3) -> Vec3 {
     const DELTA: f32 = 6.0 / 29.0;
     let white = XYZ_FROM_RGB * Vec3::ONE;
@@ -122,7 +122,7 @@ fn hunt_lab(rgb: Vec3) -> Vec3 {
     vec3(lightness, 0.01 * lightness * 500.0 * (x - y), 0.01 * lightness * 200.0 * (y - z))
 }
 
-/// The colour difference and its mapping to [0, 1] (sections 4.1.3 and 4.1.4).
+/// The colour difference and its mapping to [0, 1].
 struct ColorDifference {
     /// Greatest difference, that of green and blue.
     max: f32,
@@ -150,7 +150,7 @@ fn hyab(a: Vec3, b: Vec3) -> f32 {
     d.x.abs() + d.y.hypot(d.z)
 }
 
-/// Edge and point detectors (section 4.2.1): derivatives of a Gaussian in x (channels 0
+/// Edge and point detectors: derivatives of a Gaussian in x (channels 0
 /// and 1) and in y (2 and 3), first and second.
 struct FeatureFilters {
     along_rows: Vec<Vec4>,

@@ -14,7 +14,7 @@ use glam::{Vec3, vec3};
 const ACES: (Vec3, Vec3) = (vec3(0.36 * 2.51, 0.6 * 0.03, 0.0), vec3(0.36 * 2.43, 0.6 * 0.59, 0.14));
 
 /// Tone-mapped luminance that the brightest pixel has at the first exposure and the median
-/// at the last (section 3).
+/// at the last.
 const TARGET: f32 = 0.85;
 
 /// HDR-FLIP error of every pixel, in [0, 1], of two linear HDR images; `None` for a
@@ -27,7 +27,7 @@ pub fn hdr_flip_map(
     reference: &ColorImage,
     pixels_per_degree: f32,
 ) -> Result<Option<Image<f32>>, MetricsError> {
-    check_pair(test, reference)?;
+    check_pair("test image", test, reference)?;
     check_pixels_per_degree(pixels_per_degree)?;
     let Some(exposures) = exposures_ev(reference) else { return Ok(None) };
     let mut worst = Image::filled(reference.size, 0.0_f32);

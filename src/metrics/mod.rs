@@ -22,8 +22,8 @@ use rayon::prelude::*;
 
 /// Added to the squared reference in the relative MSE: pixels darker than a tenth of
 /// white then count by their absolute difference, so that noise in the dark does not
-/// outweigh the picture. The form and the value are those usual since Rousselle, Knaus
-/// and Zwicker, "Adaptive Sampling and Reconstruction using Greedy Error Minimization"
+/// outweigh the picture. The form is that of Rousselle, Knaus and Zwicker,
+/// "Adaptive Sampling and Reconstruction using Greedy Error Minimization"
 /// (SIGGRAPH Asia 2011).
 pub const REL_MSE_EPSILON: f64 = 1e-2;
 
@@ -90,7 +90,7 @@ pub enum MetricsError {
     #[error("the {what} is {} x {} px and the reference {} x {} px: metrics need images of one size",
         size.x, size.y, reference.x, reference.y)]
     SizesDiffer {
-        /// "test image" or "mask".
+        /// Which image is not of the reference's size.
         what: &'static str,
         /// Its size.
         size: UVec2,
@@ -104,7 +104,7 @@ pub enum MetricsError {
     #[error("the {what} has {count} pixels with NaN or infinity, the first at ({}, {}): \
         metrics need finite images", first.x, first.y)]
     NotFinite {
-        /// "test image" or "reference".
+        /// Which image.
         what: &'static str,
         /// How many pixels.
         count: usize,
@@ -121,7 +121,7 @@ pub enum MetricsError {
 /// Errors if the sizes differ or are 0, if a pixel is not finite, or if the angular
 /// resolution lies outside [`PIXELS_PER_DEGREE`].
 pub fn compare(test: &ColorImage, reference: &ColorImage, options: &CompareOptions) -> Result<Metrics, MetricsError> {
-    check_pair(test, reference)?;
+    check_pair("test image", test, reference)?;
     check_pixels_per_degree(options.pixels_per_degree)?;
     if let Some(mask) = options.defocused.filter(|mask| mask.size != reference.size) {
         return Err(MetricsError::SizesDiffer { what: "mask", size: mask.size, reference: reference.size });
@@ -148,7 +148,7 @@ pub fn compare(test: &ColorImage, reference: &ColorImage, options: &CompareOptio
 /// Relative mean squared error of linear HDR values over pixels and channels:
 /// `mean((a - b)^2 / (b^2 + eps))`, eps = [`REL_MSE_EPSILON`], b the reference.
 pub fn rel_mse(test: &ColorImage, reference: &ColorImage) -> Result<f64, MetricsError> {
-    check_pair(test, reference)?;
+    check_pair("test image", test, reference)?;
     let of_pixel = |(a, b): (&Vec3, &Vec3)| {
         let (a, b) = (a.as_dvec3(), b.as_dvec3());
         ((a - b) * (a - b) / (b * b + REL_MSE_EPSILON)).element_sum()
@@ -159,7 +159,7 @@ pub fn rel_mse(test: &ColorImage, reference: &ColorImage) -> Result<f64, Metrics
 
 /// Absolute differences of the encoded display values, channel by channel, in [0, 1].
 pub fn abs_error_map(test: &ColorImage, reference: &ColorImage, display: Display) -> Result<ColorImage, MetricsError> {
-    check_pair(test, reference)?;
+    check_pair("test image", test, reference)?;
     let pairs = test.pixels.par_iter().zip(&reference.pixels);
     let pixels = pairs.map(|(a, b)| (display.encoded(*a) - display.encoded(*b)).abs()).collect();
     Ok(ColorImage { size: test.size, pixels })
@@ -176,7 +176,7 @@ pub fn defocused_mask(
     pinhole: &ColorImage,
     reference: &ColorImage,
 ) -> Result<Image<bool>, MetricsError> {
-    check_pair(pinhole, reference)?;
+    check_pair("pinhole image", pinhole, reference)?;
     if coc_diameter_px.size != reference.size {
         let (size, reference) = (coc_diameter_px.size, reference.size);
         return Err(MetricsError::SizesDiffer { what: "CoC image", size, reference });
@@ -189,14 +189,14 @@ pub fn defocused_mask(
     Ok(Image { size: reference.size, pixels: (0..reference.pixels.len()).map(pixel).collect() })
 }
 
-fn check_pair(test: &ColorImage, reference: &ColorImage) -> Result<(), MetricsError> {
+fn check_pair(what: &'static str, test: &ColorImage, reference: &ColorImage) -> Result<(), MetricsError> {
     if test.size != reference.size {
-        return Err(MetricsError::SizesDiffer { what: "test image", size: test.size, reference: reference.size });
+        return Err(MetricsError::SizesDiffer { what, size: test.size, reference: reference.size });
     }
     if reference.pixels.is_empty() {
         return Err(MetricsError::Empty);
     }
-    check_finite("test image", test)?;
+    check_finite(what, test)?;
     check_finite("reference", reference)
 }
 
