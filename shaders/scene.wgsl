@@ -31,11 +31,6 @@ struct View {
     unlit: u32,
 }
 
-struct Transform {
-    /// Rows of the affine map from object to view space.
-    rows: array<vec4f, 3>,
-}
-
 struct Light {
     position: vec3f,
     /// Reciprocal of the range; 0 for none.
@@ -58,15 +53,19 @@ struct Material {
     unlit: u32,
     /// Texture transforms, two rows each: base colour, metallic-roughness, normal, emissive.
     uv_rows: array<vec4f, 8>,
-    has_normal_map: u32,
+    /// Bit k: texture k of that list is there.
+    textures: u32,
 }
 
+const BASE_COLOR = 0u;
+const METALLIC_ROUGHNESS = 1u;
+const NORMAL = 2u;
+const EMISSIVE = 3u;
+
 @group(0) @binding(0) var<uniform> view: View;
-@group(0) @binding(1) var<storage, read> transforms: array<Transform>;
-@group(0) @binding(2) var<storage, read> visible: array<u32>;
-@group(0) @binding(3) var<storage, read> lights: array<Light>;
+@group(0) @binding(1) var<storage, read> lights: array<Light>;
 /// Per pixel, the layer holds what is farther than this stored depth (z below it).
-@group(0) @binding(4) var below: texture_2d<f32>;
+@group(0) @binding(2) var below: texture_2d<f32>;
 
 @group(1) @binding(0) var<uniform> material: Material;
 @group(1) @binding(1) var base_color_texture: texture_2d<f32>;
@@ -84,6 +83,10 @@ struct VertexIn {
     @location(2) tangent: vec4f,
     @location(3) uv: vec2f,
     @location(4) color: vec4f,
+    /// Rows of the instance's affine map from object to view space.
+    @location(5) row_x: vec4f,
+    @location(6) row_y: vec4f,
+    @location(7) row_z: vec4f,
 }
 
 struct Surface {
@@ -103,10 +106,9 @@ struct Layer {
 }
 
 @vertex
-fn vs_surface(in: VertexIn, @builtin(instance_index) index: u32) -> Surface {
-    let rows = transforms[visible[index]].rows;
-    let linear = transpose(mat3x3f(rows[0].xyz, rows[1].xyz, rows[2].xyz));
-    let position = vec3f(dot(rows[0], vec4f(in.position, 1.0)), dot(rows[1], vec4f(in.position, 1.0)), dot(rows[2], vec4f(in.position, 1.0)));
+fn vs_surface(in: VertexIn) -> Surface {
+    let linear = transpose(mat3x3f(in.row_x.xyz, in.row_y.xyz, in.row_z.xyz));
+    let position = linear * in.position + vec3f(in.row_x.w, in.row_y.w, in.row_z.w);
     // The cofactor matrix is the inverse transpose times the determinant, whose sign puts
     // normals of mirrored objects right.
     let cofactor = mat3x3f(cross(linear[1], linear[2]), cross(linear[2], linear[0]), cross(linear[0], linear[1]));
@@ -126,9 +128,18 @@ fn transformed_uv(uv: vec2f, slot: u32) -> vec2f {
     return vec2f(dot(material.uv_rows[2u * slot].xyz, p), dot(material.uv_rows[2u * slot + 1u].xyz, p));
 }
 
+/// Whether the material has that texture. Uniform over a draw, so that derivatives stay
+/// defined where a missing texture's read is skipped.
+fn has(slot: u32) -> bool {
+    return (material.textures & (1u << slot)) != 0u;
+}
+
 fn base_color(in: Surface) -> vec4f {
-    let texel = textureSample(base_color_texture, base_color_sampler, transformed_uv(in.uv, 0u));
-    return material.base_color * texel * in.color;
+    var base = material.base_color * in.color;
+    if has(BASE_COLOR) {
+        base *= textureSample(base_color_texture, base_color_sampler, transformed_uv(in.uv, BASE_COLOR));
+    }
+    return base;
 }
 
 fn unit(v: vec3f, otherwise: vec3f) -> vec3f {
@@ -139,13 +150,14 @@ fn unit(v: vec3f, otherwise: vec3f) -> vec3f {
 fn shading_normal(in: Surface, front: bool) -> vec3f {
     let toward_eye = unit(-in.position, vec3f(0.0, 0.0, 1.0));
     var normal = unit(in.normal, toward_eye);
-    // Sampled outside of any branch: derivatives need uniform control flow.
-    let texel = textureSample(normal_texture, normal_sampler, transformed_uv(in.uv, 2u)).xyz * 2.0 - 1.0;
-    if material.has_normal_map != 0u && dot(in.tangent.xyz, in.tangent.xyz) > 1e-20 {
-        let tangent = unit(in.tangent.xyz, vec3f(1.0, 0.0, 0.0));
-        let bitangent = cross(normal, tangent) * in.tangent.w;
-        let scaled = vec3f(texel.xy * material.normal_scale, texel.z);
-        normal = unit(tangent * scaled.x + bitangent * scaled.y + normal * scaled.z, normal);
+    if has(NORMAL) {
+        let texel = textureSample(normal_texture, normal_sampler, transformed_uv(in.uv, NORMAL)).xyz * 2.0 - 1.0;
+        if dot(in.tangent.xyz, in.tangent.xyz) > 1e-20 {
+            let tangent = unit(in.tangent.xyz, vec3f(1.0, 0.0, 0.0));
+            let bitangent = cross(normal, tangent) * in.tangent.w;
+            let scaled = vec3f(texel.xy * material.normal_scale, texel.z);
+            normal = unit(tangent * scaled.x + bitangent * scaled.y + normal * scaled.z, normal);
+        }
     }
     return select(-normal, normal, front);
 }
@@ -174,6 +186,9 @@ fn reflected(direction: vec3f, roughness: f32) -> vec3f {
     let base = mix(environment_radiance(direction), ambient(direction), roughness);
     let width = 0.02 + 0.3 * roughness;
     var boxes = 0.0;
+    if view.softbox == 0.0 {
+        return base;
+    }
     for (var i = 0u; i < 4u; i++) {
         let sx = select(-1.0, 1.0, (i & 1u) != 0u);
         let sz = select(-0.6, 0.6, (i & 2u) != 0u);
@@ -217,14 +232,21 @@ fn incident(light: Light, position: vec3f) -> Incident {
 }
 
 fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
-    let normal = shading_normal(in, front);
-    let surface = textureSample(metallic_roughness_texture, metallic_roughness_sampler, transformed_uv(in.uv, 1u));
-    let emitted = material.emissive * textureSample(emissive_texture, emissive_sampler, transformed_uv(in.uv, 3u)).rgb;
     if (material.unlit | view.unlit) != 0u {
         return base.rgb;
     }
-    let metallic = material.metallic * surface.b;
-    let roughness = material.roughness * surface.g;
+    let normal = shading_normal(in, front);
+    var emitted = material.emissive;
+    if has(EMISSIVE) {
+        emitted *= textureSample(emissive_texture, emissive_sampler, transformed_uv(in.uv, EMISSIVE)).rgb;
+    }
+    var metallic = material.metallic;
+    var roughness = material.roughness;
+    if has(METALLIC_ROUGHNESS) {
+        let texel = textureSample(metallic_roughness_texture, metallic_roughness_sampler, transformed_uv(in.uv, METALLIC_ROUGHNESS));
+        metallic *= texel.b;
+        roughness *= texel.g;
+    }
     // Below this the highlight of a punctual light is smaller than a pixel can hold.
     let alpha = pow(max(roughness, 0.045), 2.0);
     let alpha2 = alpha * alpha;

@@ -8,6 +8,9 @@ use std::sync::Mutex;
 /// Bytes a vertex: position f32x3, normal and tangent snorm16x4, uv f32x2, colour f32x4.
 pub(super) const VERTEX_STRIDE: u64 = 12 + 8 + 8 + 8 + 16;
 
+/// Bytes an instance: three rows of f32x4 that take object space to view space.
+pub(super) const INSTANCE_STRIDE: u64 = 48;
+
 uniform! {
     /// `View` in `scene.wgsl`.
     pub(super) struct ViewUniform {
@@ -38,7 +41,7 @@ uniform! {
         pub alpha_cutoff: f32,
         pub unlit: u32,
         pub uv_rows: [[f32; 4]; 8],
-        pub has_normal_map: u32,
+        pub textures: u32,
         pub _pad: [u32; 3],
     }
 }
@@ -119,12 +122,10 @@ impl Pipelines {
         &self,
         gpu: &Gpu,
         view: &wgpu::Buffer,
-        transforms: &wgpu::Buffer,
-        visible: &wgpu::Buffer,
         lights: &wgpu::Buffer,
         below: &wgpu::TextureView,
     ) -> wgpu::BindGroup {
-        let buffers = [view, transforms, visible, lights].map(wgpu::Buffer::as_entire_binding);
+        let buffers = [view, lights].map(wgpu::Buffer::as_entire_binding);
         let below = wgpu::BindingResource::TextureView(below);
         bind(gpu, &self.frame_layout, buffers.into_iter().chain([below]))
     }
@@ -190,8 +191,6 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
         device,
         &[
             (buffer(wgpu::BufferBindingType::Uniform), Stages::VERTEX_FRAGMENT),
-            (storage, Stages::VERTEX),
-            (storage, Stages::VERTEX),
             (storage, Stages::FRAGMENT),
             (texture(false), Stages::FRAGMENT),
         ],
@@ -218,7 +217,10 @@ fn surface_pipeline(
         0 => Float32x3, 1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x2, 4 => Float32x4];
     debug_assert_eq!(attributes[4].offset + Format::Float32x4.size(), VERTEX_STRIDE);
     let step_mode = wgpu::VertexStepMode::Vertex;
-    let buffer = wgpu::VertexBufferLayout { array_stride: VERTEX_STRIDE, step_mode, attributes: &attributes };
+    let vertices = wgpu::VertexBufferLayout { array_stride: VERTEX_STRIDE, step_mode, attributes: &attributes };
+    let rows = wgpu::vertex_attr_array![5 => Float32x4, 6 => Float32x4, 7 => Float32x4];
+    let step_mode = wgpu::VertexStepMode::Instance;
+    let instances = wgpu::VertexBufferLayout { array_stride: INSTANCE_STRIDE, step_mode, attributes: &rows };
     let fragment = match (kind, variant.masked) {
         (LayerKind::Farther, _) => "fs_layer",
         (LayerKind::Nearest, true) => "fs_masked",
@@ -231,7 +233,7 @@ fn surface_pipeline(
     };
     // Reversed depth: nearer is greater.
     let test = wgpu::CompareFunction::Greater;
-    pipeline(device, layout, module, ["vs_surface", fragment], &[Some(buffer)], primitive, test)
+    pipeline(device, layout, module, ["vs_surface", fragment], &[Some(vertices), Some(instances)], primitive, test)
 }
 
 fn sky_pipeline(

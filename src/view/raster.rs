@@ -14,7 +14,8 @@ use wgpu::util::DeviceExt;
 pub(super) struct SceneSource {
     pub scene: Arc<GpuScene>,
     pub camera: Camera,
-    transforms: wgpu::Buffer,
+    /// Rows that take object space to view space, by instance.
+    rows: Vec<Rows>,
     lights: wgpu::Buffer,
     /// View-space bounding spheres of the instances: centre and radius.
     spheres: Vec<Vec4>,
@@ -37,7 +38,6 @@ impl SceneSource {
         let view_from_world = camera.view_from_world();
         let view_from_object: Vec<DAffine3> =
             scene.instances.iter().map(|i| view_from_world * i.world_from_object).collect();
-        let rows: Vec<[[f32; 4]; 3]> = view_from_object.iter().map(rows).collect();
         let spheres = scene.instances.iter().zip(&view_from_object).map(|(instance, m)| {
             let stretch = m.matrix3.x_axis.length().max(m.matrix3.y_axis.length()).max(m.matrix3.z_axis.length());
             m.transform_point3(instance.centre).as_vec3().extend((instance.radius * stretch) as f32)
@@ -45,8 +45,8 @@ impl SceneSource {
         let lights: Vec<LightElement> = scene.lights.iter().map(|l| light(l, &view_from_world)).collect();
         Self {
             spheres: spheres.collect(),
-            transforms: storage(&gpu, bytemuck::cast_slice(&rows)),
-            lights: storage(&gpu, bytemuck::cast_slice(&lights)),
+            rows: view_from_object.iter().map(rows).collect(),
+            lights: buffer(&gpu, bytemuck::cast_slice(&lights), wgpu::BufferUsages::STORAGE),
             unlimited: crate::gpu::upload_scalar(
                 &gpu,
                 "unlimited",
@@ -65,13 +65,15 @@ impl SceneSource {
             color: frame.texture("layer colour", size, super::pipelines::COLOR),
             depth: frame.texture("layer depth", size, super::pipelines::STORED_DEPTH),
         };
-        let buffer = frame.texture("depth buffer", size, DEPTH_BUFFER);
+        let depth_buffer = frame.texture("depth buffer", size, DEPTH_BUFFER);
         let kind = if shot.query.is_nearest() { LayerKind::Nearest } else { LayerKind::Farther };
-        let (visible, ranges, triangles) = self.cull(&shot.clip_from_view, shot.query.z_far);
-        frame.stats.triangles += triangles;
+        let visible = self.cull(&shot.clip_from_view, shot.query.z_far);
+        frame.stats.triangles += visible.iter().map(VisibleItem::triangles).sum::<u64>();
         frame.stats.views += 1;
 
-        let bind_group = self.bind(gpu, shot, &visible);
+        let rows: Vec<Rows> = visible.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
+        let instances = buffer(gpu, bytemuck::cast_slice(&rows), wgpu::BufferUsages::VERTEX);
+        let bind_group = self.bind(gpu, shot);
         let (encoder, slot) = frame.raw_pass(label);
         let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
             query_set,
@@ -86,7 +88,7 @@ impl SceneSource {
                 Some(crate::gpu::attachment(layer.depth.view(), clear)),
             ],
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: buffer.view(),
+                view: depth_buffer.view(),
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
                 stencil_ops: None,
             }),
@@ -95,14 +97,15 @@ impl SceneSource {
         });
         pass.set_bind_group(0, &bind_group, &[]);
         pass.set_vertex_buffer(0, self.scene.vertices.slice(..));
+        pass.set_vertex_buffer(1, instances.slice(..));
         pass.set_index_buffer(self.scene.indices.slice(..), wgpu::IndexFormat::Uint32);
-        for (item, instances) in self.scene.draws.iter().zip(ranges) {
-            if instances.is_empty() {
-                continue;
-            }
+        let mut first = 0;
+        for VisibleItem { item, instances } in &visible {
+            let end = first + instances.len() as u32;
             pass.set_pipeline(&self.scene.pipelines.get(kind, Some(item.variant)));
             pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
-            pass.draw_indexed(item.indices.clone(), item.base_vertex, instances);
+            pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
+            first = end;
         }
         // The background lies at z = 0 and belongs to layers that reach infinity.
         if shot.query.z_far <= 0.0 && !self.scene.materials.is_empty() {
@@ -114,32 +117,30 @@ impl SceneSource {
         layer
     }
 
-    /// Instances that may touch the frustum, packed, with each draw item's share of them.
-    fn cull(&self, clip_from_view: &Mat4, z_far: f32) -> (Vec<u32>, Vec<std::ops::Range<u32>>, u64) {
+    /// What may touch the frustum, opaque before masked, nearest first: hidden fragments
+    /// then fail the depth test before they are shaded.
+    fn cull<'a>(&'a self, clip_from_view: &Mat4, z_far: f32) -> Vec<VisibleItem<'a>> {
         let planes = frustum(clip_from_view, z_far);
-        let mut visible = Vec::new();
-        let mut triangles = 0;
-        let mut keep = |item: &DrawItem| {
-            let first = visible.len() as u32;
-            visible.extend(item.instances.iter().filter(|&&i| inside(&planes, self.spheres[i as usize])));
-            let range = first..visible.len() as u32;
-            triangles += range.len() as u64 * u64::from(item.indices.end - item.indices.start) / 3;
-            range
+        let nearest_first = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
+        let visible = |item: &'a DrawItem| {
+            let spheres =
+                item.instances.iter().map(|&i| (self.spheres[i as usize], i)).filter(|s| inside(&planes, s.0));
+            let mut instances: Vec<_> = spheres.map(|(s, i)| (s.truncate().length() - s.w, i)).collect();
+            instances.sort_by(nearest_first);
+            VisibleItem { item, instances }
         };
-        let ranges = self.scene.draws.iter().map(&mut keep).collect();
-        (visible, ranges, triangles)
+        let mut items: Vec<_> = self.scene.draws.iter().map(visible).filter(|v| !v.instances.is_empty()).collect();
+        items.sort_by(|a, b| {
+            let masked = |v: &VisibleItem<'_>| v.item.variant.masked;
+            masked(a).cmp(&masked(b)).then(nearest_first(&a.instances[0], &b.instances[0]))
+        });
+        items
     }
 
-    fn bind(&self, gpu: &Gpu, shot: &Shot<'_>, visible: &[u32]) -> wgpu::BindGroup {
-        let uniform = self.uniform(shot);
-        let view = gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("view"),
-            contents: bytemuck::bytes_of(&uniform),
-            usage: wgpu::BufferUsages::UNIFORM,
-        });
-        let visible = storage(gpu, bytemuck::cast_slice(visible));
+    fn bind(&self, gpu: &Gpu, shot: &Shot<'_>) -> wgpu::BindGroup {
+        let view = buffer(gpu, bytemuck::bytes_of(&self.uniform(shot)), wgpu::BufferUsages::UNIFORM);
         let below = shot.query.below.unwrap_or(&self.unlimited).view();
-        self.scene.pipelines.bind_frame(gpu, &view, &self.transforms, &visible, &self.lights, below)
+        self.scene.pipelines.bind_frame(gpu, &view, &self.lights, below)
     }
 
     fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
@@ -168,14 +169,27 @@ impl SceneSource {
     }
 }
 
-fn storage(gpu: &Gpu, bytes: &[u8]) -> wgpu::Buffer {
+type Rows = [[f32; 4]; 3];
+
+/// The instances of one draw item that are in view, with their distances.
+struct VisibleItem<'a> {
+    item: &'a DrawItem,
+    instances: Vec<(f32, u32)>,
+}
+
+impl VisibleItem<'_> {
+    fn triangles(&self) -> u64 {
+        self.instances.len() as u64 * u64::from(self.item.indices.end - self.item.indices.start) / 3
+    }
+}
+
+fn buffer(gpu: &Gpu, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
     // An empty binding is not allowed; 64 bytes hold one element of any of the arrays.
     let contents = if bytes.is_empty() { &[0; 64] } else { bytes };
-    let usage = wgpu::BufferUsages::STORAGE;
     gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("scene"), contents, usage })
 }
 
-fn rows(m: &DAffine3) -> [[f32; 4]; 3] {
+fn rows(m: &DAffine3) -> Rows {
     let row = |i: usize| [m.matrix3.x_axis[i], m.matrix3.y_axis[i], m.matrix3.z_axis[i], m.translation[i]];
     [0, 1, 2].map(|i| row(i).map(|v| v as f32))
 }

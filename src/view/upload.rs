@@ -189,7 +189,7 @@ fn uniform(material: &Material, uses: &[Option<TextureUse>; 4]) -> MaterialUnifo
         alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
         unlit: material.unlit.into(),
         uv_rows,
-        has_normal_map: uses[2].is_some().into(),
+        textures: uses.iter().enumerate().map(|(slot, u)| u32::from(u.is_some()) << slot).sum(),
         ..Default::default()
     }
 }
