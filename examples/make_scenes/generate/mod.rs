@@ -1,0 +1,24 @@
+//! The built-in scenes, made from nothing but this code.
+
+pub mod bake;
+mod canvas;
+pub mod glb;
+mod noise;
+pub mod patterns;
+mod scenes;
+mod shape;
+pub mod stage;
+
+/// Names of the scenes that are files of the repository.
+pub const NAMES: [&str; 2] = ["cans", "atrium"];
+
+/// The scene called `name` with its light baked in; `None` if there is none.
+pub fn stage(name: &str) -> Option<stage::Stage> {
+    let mut stage = match name {
+        "cans" => scenes::cans::stage(),
+        "atrium" => scenes::atrium::stage(),
+        _ => return None,
+    };
+    bake::bake(&mut stage);
+    Some(stage)
+}
