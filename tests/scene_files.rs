@@ -47,6 +47,7 @@ fn self_lit_and_unlit_files_get_no_light() {
         json["materials"][0]["extensions"] = json!({"KHR_materials_unlit": {}});
         emissive(json, 1.0, 40.0);
     });
+    assert_eq!(both.materials[0].emissive, Vec3::ZERO);
     for scene in [self_lit, unlit, both] {
         assert!(scene.lights.is_empty());
         assert_eq!(scene.environment, Environment::Black);
