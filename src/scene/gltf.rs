@@ -1,7 +1,7 @@
 //! glTF 2.0 (.glb and .gltf) to [`Scene`].
 //!
 //! The `gltf` crate parses the JSON. Everything that it would index, unwrap or multiply
-//! without looking is checked first ([`validate`], [`accessor`]), so that a damaged or
+//! without looking is checked first (`validate`, `accessor`), so that a damaged or
 //! hostile file gives a [`SceneError`] and never a panic.
 
 mod accessor;
@@ -51,7 +51,7 @@ fn load_problem(path: &Path) -> Result<Scene, SceneProblem> {
     let placed = nodes::walk(&document, &file.exact, &mut notes)?;
     let mut materials = material::Materials::new(&document);
     let (meshes, instances) = mesh::load_placed(&document, &placed.meshes, &buffers, &mut materials, &mut notes)?;
-    let (materials, wanted_textures) = materials.finish(&mut notes)?;
+    let (materials, wanted_textures) = materials.finish(&mut notes);
     let textures = texture::load(&document, &wanted_textures, &buffers, path)?;
 
     let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());

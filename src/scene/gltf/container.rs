@@ -138,6 +138,12 @@ impl Buffers {
         Ok(Self { bytes: document.buffers().map(load_one).collect::<Result<_, _>>()? })
     }
 
+    /// The bytes of the buffer view with that index in the (validated) document.
+    pub(super) fn view_at(&self, document: &gltf::Document, index: usize) -> Result<&[u8], SceneProblem> {
+        let missing = || SceneProblem::invalid(format!("bufferViews[{index}]"), "is not in the file");
+        self.view(&document.views().nth(index).ok_or_else(missing)?)
+    }
+
     /// The bytes of a buffer view.
     pub(super) fn view(&self, view: &gltf::buffer::View) -> Result<&[u8], SceneProblem> {
         let buffer_index = view.buffer().index();

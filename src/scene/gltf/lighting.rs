@@ -39,7 +39,7 @@ pub(super) fn light(scene: &mut Scene, file_lights: Vec<Light>, notes: &mut Note
         "light: the file's own punctual lights alone"
     } else if scene.materials.iter().all(|material| material.unlit) {
         "light: none, every material is unlit"
-    } else if scene.materials.iter().any(|material| !material.unlit && luminous(material.emissive)) {
+    } else if scene.materials.iter().any(|material| luminous(material.emissive)) {
         "light: the file's emissive surfaces alone"
     } else {
         scene.lights = vec![default_light(scene)];

@@ -63,11 +63,11 @@ impl Materials {
     }
 
     /// The materials and the textures that they index.
-    pub(super) fn finish(self, notes: &mut Notes) -> Result<(Vec<Material>, Vec<TextureKey>), SceneProblem> {
+    pub(super) fn finish(self, notes: &mut Notes) -> (Vec<Material>, Vec<TextureKey>) {
         if self.unused > 0 {
             notes.add(format!("{} materials are not used by anything drawn", self.unused), "");
         }
-        Ok((self.materials, self.textures))
+        (self.materials, self.textures)
     }
 
     fn convert(&mut self, source: &gltf::Material, notes: &mut Notes) -> Result<MaterialUse, SceneProblem> {
@@ -99,7 +99,7 @@ impl Materials {
             metallic_roughness_texture: rough,
             normal_texture: normal,
             normal_scale: source.normal_texture().map_or(1.0, |texture| texture.scale()),
-            emissive: Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0),
+            emissive: emitted(source),
             emissive_texture: emissive,
             alpha_cutoff: alpha_cutoff(source, &name, notes),
             double_sided: source.double_sided(),
@@ -193,6 +193,14 @@ fn wrap(mode: WrappingMode) -> Wrap {
         WrappingMode::ClampToEdge => Wrap::Clamp,
         WrappingMode::MirroredRepeat => Wrap::Mirror,
     }
+}
+
+/// Emitted radiance. KHR_materials_unlit: the base colour is all that an unlit one shows.
+fn emitted(source: &gltf::Material) -> Vec3 {
+    if source.unlit() {
+        return Vec3::ZERO;
+    }
+    Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0)
 }
 
 fn alpha_cutoff(source: &gltf::Material, name: &str, notes: &mut Notes) -> Option<f32> {

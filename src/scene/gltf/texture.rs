@@ -5,7 +5,6 @@ use super::super::error::SceneProblem;
 use super::container::{Buffers, read_uri};
 use super::material::TextureKey;
 use ::gltf::Document;
-use ::gltf::image::Source;
 use glam::UVec2;
 use rayon::prelude::*;
 use std::borrow::Cow;
@@ -30,7 +29,7 @@ pub(super) fn load(
     let needed: Vec<usize> = wanted.iter().map(|key| key.image).collect::<BTreeSet<_>>().into_iter().collect();
     let decoded = needed
         .par_iter()
-        .map(|&image| Ok((image, decode(&sources[image], buffers, scene_path)?)))
+        .map(|&image| Ok((image, decode(document, &sources[image], buffers, scene_path)?)))
         .collect::<Result<std::collections::HashMap<_, _>, SceneProblem>>()?;
     let textures = wanted.iter().map(|key| {
         let Decoded { name, size, rgba8 } = &decoded[&key.image];
@@ -40,15 +39,23 @@ pub(super) fn load(
     Ok(textures.collect())
 }
 
-fn decode(source: &gltf::Image, buffers: &Buffers, scene_path: &Path) -> Result<Decoded, SceneProblem> {
+fn decode(
+    document: &Document,
+    source: &gltf::Image,
+    buffers: &Buffers,
+    scene_path: &Path,
+) -> Result<Decoded, SceneProblem> {
     let index = source.index();
     let item = match source.name() {
         Some(name) => format!("images[{index}] {name:?}"),
         None => format!("images[{index}]"),
     };
-    let bytes = match source.source() {
-        Source::View { view, .. } => Cow::Borrowed(buffers.view(&view)?),
-        Source::Uri { uri, .. } => Cow::Owned(read_uri(uri, &item, scene_path)?),
+    // The crate's own `Image::source` unwraps the media type, which files leave out.
+    let json = &document.as_json().images[index];
+    let bytes = match (&json.buffer_view, &json.uri) {
+        (Some(view), _) => Cow::Borrowed(buffers.view_at(document, view.value())?),
+        (None, Some(uri)) => Cow::Owned(read_uri(uri, &item, scene_path)?),
+        (None, None) => return Err(SceneProblem::invalid(item, "has neither a uri nor a bufferView")),
     };
     // The format is told by the content: declared media types are often wrong. The
     // decoder's own limit on memory (512 MiB) refuses absurd sizes.
