@@ -19,8 +19,9 @@
 //!   `c = K - K * (df / near) * z` ([`lens::CocOfDepth`]).
 //! - **Images** have their origin at the top left; pixel centres lie at half integers.
 //! - **View space** looks along -z, with x right and y up. A lens point `v` lives in the
-//!   unit disc with *image* orientation (y down); the ray through pixel `p` and `v` meets
-//!   depth `d` at image position `p + v * c(d) / 2`.
+//!   unit disc with *image* orientation (y down). A scene point with CoC c that the pinhole
+//!   shows at `p0` is seen from `v` at `p0 + v * c / 2` (scattering); hence the lens ray
+//!   through pixel `p` and `v` meets depth d at `p - v * c(d) / 2` (gathering).
 //! - **Colour** is linear Rec. 709, scene-referred and unbounded until
 //!   [`present`](image) turns it into display values.
 //! - Names carry space and unit: `view_from_world`, `coc_diameter_px`, `focus_distance_m`.
