@@ -54,6 +54,9 @@ impl Method for Accumulation {
             apertures: Apertures::Any,
             needs_scene: true,
             conserves_energy: true,
+            averages: true,
+            samples_lens: true,
+            width_tolerance: 0.02,
         }
     }
 

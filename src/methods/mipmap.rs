@@ -31,7 +31,7 @@ const SHADER: Shader = shader!("methods/mipmap");
 pub struct Mipmap {
     /// DoB over CoC diameter, sigma = s C (section 3.3: 1/2).
     pub sigma_per_coc: f32,
-    /// Index into [`CALIBRATIONS`].
+    /// A [`MipmapCalibration`].
     pub calibration: usize,
     /// k of equation (6), used by the calibration "paper" (2/3).
     pub k: f32,
@@ -43,15 +43,31 @@ pub struct Mipmap {
     pub smoothing: bool,
     /// Whether neighbours are read on a circle or a square (section 3.4, Fig. 4).
     pub circular: bool,
-    /// Index into [`INTERPOLATIONS`].
+    /// A [`MipmapInterpolation`].
     pub interpolation: usize,
 }
 
 /// How a level is found for a blur.
-pub const CALIBRATIONS: &[&str] = &["measured", "paper"];
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MipmapCalibration {
+    /// The level whose blur has the lens's second moment.
+    Measured,
+    /// Equation (6).
+    Paper,
+}
 
-/// How two levels are blended: section 6's trilinear read, or equation (8) as printed.
-pub const INTERPOLATIONS: &[&str] = &["arithmetic", "geometric"];
+const CALIBRATIONS: &[&str] = &["measured", "paper"];
+
+/// How two levels are blended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MipmapInterpolation {
+    /// The trilinear read of section 6.
+    Arithmetic,
+    /// Equation (8) as printed.
+    Geometric,
+}
+
+const INTERPOLATIONS: &[&str] = &["arithmetic", "geometric"];
 
 /// More levels than any image has.
 const MAX_LEVELS: u32 = 12;
@@ -62,7 +78,7 @@ impl Default for Mipmap {
             sigma_per_coc: 0.5,
             calibration: 0,
             k: 2.0 / 3.0,
-            delta_px: 0.1,
+            delta_px: 1.0,
             anisotropic: true,
             smoothing: true,
             circular: true,
@@ -98,6 +114,9 @@ impl Method for Mipmap {
             apertures: Apertures::Round,
             needs_scene: false,
             conserves_energy: false,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.05,
         }
     }
 
@@ -196,14 +215,15 @@ impl Method for Mipmap {
 }
 
 impl Mipmap {
-    /// The paper's M: the level that the greatest CoC in view needs, and one more for the
-    /// filter around it.
-    fn levels(&self, lens: &Lens, greatest_coc_px: f64) -> u32 {
+    /// The paper's M: the level that the greatest CoC in view, px, needs, and one more for
+    /// the filter around it.
+    pub fn levels(&self, lens: &Lens, greatest_coc_px: f64) -> u32 {
         let sigma_px = f64::from(self.sigma_per_coc) * greatest_coc_px;
-        let m = match CALIBRATIONS[self.calibration] {
-            "paper" => 1.0 + (f64::from(self.k) * sigma_px).log2(),
+        let m = if self.calibration == MipmapCalibration::Paper as usize {
+            1.0 + (f64::from(self.k) * sigma_px).log2()
+        } else {
             // Level m has a variance of 0.79 * 4^(m-1) - 0.25: `level_variance` in the shader.
-            _ => 1.0 + 0.5 * (((lens.aperture.sigma_per_coc() * greatest_coc_px).powi(2) + 0.25) / 0.79).log2(),
+            1.0 + 0.5 * (((lens.aperture.sigma_per_coc() * greatest_coc_px).powi(2) + 0.25) / 0.79).log2()
         };
         (m.ceil().max(0.0) as u32 + 1).min(MAX_LEVELS)
     }
@@ -213,8 +233,8 @@ impl Mipmap {
             sigma_per_coc: self.sigma_per_coc,
             k: self.k,
             delta: self.delta_px,
-            geometric: (INTERPOLATIONS[self.interpolation] == "geometric").into(),
-            measured: (CALIBRATIONS[self.calibration] == "measured").into(),
+            geometric: (self.interpolation == MipmapInterpolation::Geometric as usize).into(),
+            measured: (self.calibration == MipmapCalibration::Measured as usize).into(),
             wanted_per_dob: lens.aperture.sigma_per_coc() as f32 / self.sigma_per_coc,
             anisotropic: self.anisotropic.into(),
             circular: self.circular.into(),

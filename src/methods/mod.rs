@@ -10,7 +10,7 @@ mod param;
 mod pinhole;
 
 pub use accumulation::{Accumulation, AccumulationRun};
-pub use mipmap::Mipmap;
+pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
 
@@ -40,8 +40,14 @@ pub struct About {
     pub apertures: Apertures,
     /// Whether it needs more of a scene than the pinhole image and its depth.
     pub needs_scene: bool,
-    /// Whether each point's light is spread, so that the sum over the image is kept.
+    /// Whether it spreads each point's light, so that a lone point keeps its energy.
     pub conserves_energy: bool,
+    /// Whether each pixel is an average, so that a constant colour stays for any depth.
+    pub averages: bool,
+    /// Whether it samples the lens, so that a mirrored image differs by sampling noise.
+    pub samples_lens: bool,
+    /// Greatest relative error of the blur's standard deviation for a lone white point.
+    pub width_tolerance: f64,
 }
 
 /// Aperture shapes that a method can render.

@@ -20,6 +20,9 @@ impl Method for Pinhole {
             apertures: Apertures::None,
             needs_scene: false,
             conserves_energy: true,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.0,
         }
     }
 

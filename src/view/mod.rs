@@ -105,6 +105,7 @@ pub struct View {
     pinhole: Option<Layer>,
     z_bounds: Option<[f32; 2]>,
     depth_m: Option<Arc<DepthImage>>,
+    repaired_pixels: usize,
 }
 
 impl View {
@@ -116,20 +117,26 @@ impl View {
     }
 
     /// A view of an image with a depth map in metres and a vertical field of view in
-    /// radians. Colours beyond f16's range are clamped to it.
+    /// radians. Colours beyond f16's range are clamped to it. Pixels that are not numbers
+    /// do not spread: such a colour becomes black, such a depth (or a negative one) infinite,
+    /// and [`View::repaired_pixels`] counts them.
     ///
     /// Panics if the images differ in size: loaders see to that.
     pub fn of_image(gpu: &Gpu, color: &ColorImage, depth: &DepthImage, fov_y: f64) -> Result<Self, ViewError> {
         assert_eq!(color.size, depth.size, "colour and depth have one size");
         check_size(gpu, color.size, 0)?;
+        let broken = |(color, depth): (&glam::Vec3, &f32)| !color.is_finite() || depth.is_nan() || *depth <= 0.0;
+        let repaired_pixels = color.pixels.iter().zip(&depth.pixels).filter(|p| broken(*p)).count();
+        let color = color.map(|c| if c.is_finite() { c } else { glam::Vec3::ZERO });
+        let depth = depth.map(|d| if d > 0.0 { d } else { f32::INFINITY });
         let nearest = depth.pixels.iter().copied().filter(|d| d.is_finite()).fold(f32::INFINITY, f32::min);
         let near_m = if nearest.is_finite() { f64::from(nearest) } else { 1.0 };
         let stored = depth.map(|d| (near_m / f64::from(d)) as f32);
         let layer = Layer {
-            color: crate::gpu::upload(gpu, "image", color),
+            color: crate::gpu::upload(gpu, "image", &color),
             depth: crate::gpu::upload_scalar(gpu, "stored depth", &stored),
         };
-        Ok(Self::of_layer(layer, near_m, fov_y))
+        Ok(Self { repaired_pixels, ..Self::of_layer(layer, near_m, fov_y) })
     }
 
     /// A view of textures that already hold a pinhole image and stored depth near / d.
@@ -140,7 +147,12 @@ impl View {
     }
 
     fn new(source: Source, projection: Projection) -> Self {
-        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None }
+        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None, repaired_pixels: 0 }
+    }
+
+    /// Pixels of the image whose colour or depth was not a number and was replaced.
+    pub fn repaired_pixels(&self) -> usize {
+        self.repaired_pixels
     }
 
     /// Moves the camera, forgetting what was drawn if that changes anything. A view of an

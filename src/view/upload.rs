@@ -2,6 +2,7 @@
 
 use super::pipelines::{MaterialUniform, Pipelines, VERTEX_STRIDE, Variant};
 use crate::gpu::Gpu;
+use crate::image_io::srgb::{linear_from_srgb8_table, srgb8_from_linear};
 use crate::scene::{Environment, Light, Material, Scene, TextureImage, TextureUse, Wrap};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
@@ -237,7 +238,8 @@ fn texture(gpu: &Gpu, image: &TextureImage, levels: &[Vec<[u8; 4]>]) -> wgpu::Te
 fn mip_chain(image: &TextureImage, mipmaps: bool) -> Vec<Vec<[u8; 4]>> {
     let mut levels = vec![image.rgba8.clone()];
     let mut size = image.size;
-    let decode: Vec<f32> = (0..=255u8).map(|v| decode(v, image.srgb)).collect();
+    let decode = if image.srgb { linear_from_srgb8_table() } else { std::array::from_fn(|v| v as f32 / 255.0) };
+    let encode = |v: f32| if image.srgb { srgb8_from_linear(v) } else { (v * 255.0 + 0.5) as u8 };
     while mipmaps && size.max_element() > 1 {
         let next = (size / 2).max(glam::UVec2::ONE);
         let finer = &levels[levels.len() - 1];
@@ -247,29 +249,11 @@ fn mip_chain(image: &TextureImage, mipmaps: bool) -> Vec<Vec<[u8; 4]>> {
             let four = [texel(x, y), texel(x + 1, y), texel(x, y + 1), texel(x + 1, y + 1)];
             let mean = |c: usize| four.iter().map(|t| decode[t[c] as usize]).sum::<f32>() * 0.25;
             let alpha = four.iter().map(|t| u32::from(t[3])).sum::<u32>().div_ceil(4).min(255) as u8;
-            [encode(mean(0), image.srgb), encode(mean(1), image.srgb), encode(mean(2), image.srgb), alpha]
+            [encode(mean(0)), encode(mean(1)), encode(mean(2)), alpha]
         };
         let level = (0..next.x * next.y).into_par_iter().map(average).collect();
         levels.push(level);
         size = next;
     }
     levels
-}
-
-fn decode(value: u8, srgb: bool) -> f32 {
-    let v = f32::from(value) / 255.0;
-    match srgb {
-        true if v <= 0.04045 => v / 12.92,
-        true => ((v + 0.055) / 1.055).powf(2.4),
-        false => v,
-    }
-}
-
-fn encode(value: f32, srgb: bool) -> u8 {
-    let v = match srgb {
-        true if value <= 0.003_130_8 => value * 12.92,
-        true => 1.055 * value.powf(1.0 / 2.4) - 0.055,
-        false => value,
-    };
-    (v * 255.0 + 0.5) as u8
 }

@@ -6,7 +6,25 @@ use defocus::camera::Camera;
 use defocus::lens::Lens;
 use defocus::scene::{Instance, Material, Mesh, Scene, TextureImage, TextureUse, Vertex, Wrap};
 use glam::{DAffine3, DVec3, UVec2, Vec2, Vec3, Vec4, uvec2, vec2, vec3};
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+
+/// The one device of a test binary. Without any Vulkan driver the tests fail: software
+/// Vulkan is enough, and `script/test` installs it.
+pub fn gpu() -> &'static defocus::gpu::Gpu {
+    static GPU: OnceLock<defocus::gpu::Gpu> = OnceLock::new();
+    GPU.get_or_init(|| defocus::gpu::Gpu::open(None).expect("a graphics adapter; script/test installs a software one"))
+}
+
+/// The files beside the repository that some tests read, or `None` with a word on standard
+/// error where they are absent.
+pub fn shared() -> Option<std::path::PathBuf> {
+    let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    if path.is_dir() {
+        return Some(path);
+    }
+    eprintln!("skipped: {} is not there, so its files are not tried", path.display());
+    None
+}
 
 /// A camera at the origin looking along -z, 60 degrees high, near plane at 0.1 m.
 pub fn front_camera() -> Camera {
