@@ -10,7 +10,8 @@ mod scenes;
 mod shape;
 pub mod stage;
 
-/// Names of the scenes that are files of the repository.
+/// Names of the scenes that are files of the repository. "forest" is not: only a picture of
+/// it is.
 pub const NAMES: [&str; 7] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail"];
 
 /// The scene called `name` with its light baked in; `None` if there is none.
@@ -23,6 +24,7 @@ pub fn stage(name: &str) -> Option<stage::Stage> {
         "mirrors" => scenes::mirrors::stage(),
         "handrail" => scenes::handrail::stage(),
         "atrium" => scenes::atrium::stage(),
+        "forest" => scenes::forest::stage(),
         _ => return None,
     };
     bake::bake(&mut stage);

@@ -1,7 +1,7 @@
 //! Textures of walls, floors, wood, cloth and ground. All tile.
 
 use super::canvas::{Canvas, lines, rgb};
-use super::noise::{cells, fbm, hash, hash3, mix, smoothstep};
+use super::noise::{fbm, hash, hash3, mix, smoothstep};
 use glam::{IVec2, Vec2, Vec3, ivec2, vec2};
 use std::f32::consts::TAU;
 
@@ -165,18 +165,6 @@ pub fn damask(size: usize, repeat: i32, ground: Vec3, figure: Vec3, accent: Vec3
     })
 }
 
-/// Plaster with cracks and stains.
-pub fn plaster(size: usize, base: Vec3, seed: u32) -> Canvas {
-    let rough = move |uv: Vec2| fbm(uv, ivec2(24, 24), 4, seed);
-    Canvas::paint(size, size, move |uv| {
-        let stain = fbm(uv, ivec2(3, 3), 5, seed + 1);
-        let (first, second, _) = cells(uv + 0.02 * rough(uv), ivec2(5, 5), seed + 2);
-        let crack = smoothstep(0.014, 0.004, second - first) * smoothstep(0.45, 0.6, stain);
-        base * mix(0.72, 1.12, stain) * (0.85 + 0.3 * rough(uv)) * (1.0 - 0.6 * crack)
-    })
-    .emboss(0.9, rough)
-}
-
 /// Marble: warped veins.
 pub fn marble(size: usize, base: Vec3, vein: Vec3, seed: u32) -> Canvas {
     Canvas::paint(size, size, move |uv| {
@@ -221,7 +209,8 @@ pub fn parquet(size: usize, n: i32, seed: u32) -> Canvas {
         let q = if (id.x + id.y) % 2 == 0 { p.fract() } else { vec2(p.y.fract(), p.x.fract()) };
         let strip = (q.y * 6.0).floor() as i32;
         let tone = hash(id.x * 6 + strip, id.y, seed);
-        let fibre = if (id.x + id.y) % 2 == 0 { fbm(uv, ivec2(10, 220), 3, seed) } else { fbm(uv, ivec2(220, 10), 3, seed) };
+        let fibre =
+            if (id.x + id.y) % 2 == 0 { fbm(uv, ivec2(10, 220), 3, seed) } else { fbm(uv, ivec2(220, 10), 3, seed) };
         let seam = lines(q.y * 6.0, 0.07, 0.03).max(smoothstep(0.49, 0.496, (q.x - 0.5).abs()));
         let wood = rgb(0xb9824c).lerp(rgb(0x7a4a26), mix(tone, fibre, 0.45)) * (0.75 + 0.5 * fibre);
         wood * (1.0 - 0.75 * seam)

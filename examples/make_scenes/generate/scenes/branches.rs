@@ -22,16 +22,64 @@ pub fn stage() -> Stage {
     let bark = stage.matte("bark", bark, 0.9);
     let leaves = [(0x4f8a2c, 0x2f6a1e), (0x86a02a, 0xc8a52c), (0xb5532a, 0xd9992e)].map(|(base, edge)| {
         let texture = stage.jpeg(nature::leaf(256, rgb(base), rgb(edge), base), 84);
-        stage.material(Material { name: "leaf", texture: Some(texture), roughness: 0.5, double_sided: true, ..Material::default() })
+        stage.material(Material {
+            name: "leaf",
+            texture: Some(texture),
+            roughness: 0.5,
+            double_sided: true,
+            ..Material::default()
+        })
     });
     garden(&mut stage, bark, &leaves);
     // Two bare crossing branches, one on each side of the focus, and one with leaves.
-    limb(&mut stage, bark, None, [vec3(-0.55, 0.42, -0.86), vec3(-0.05, 0.06, -0.94), vec3(0.5, -0.36, -0.9)], 0.0105, 31);
-    limb(&mut stage, bark, None, [vec3(-0.62, -0.34, -1.36), vec3(0.02, 0.04, -1.42), vec3(0.66, 0.36, -1.3)], 0.0125, 47);
-    limb(&mut stage, bark, Some(leaves[0]), [vec3(-0.9, 0.62, -1.15), vec3(-0.35, 0.48, -1.2), vec3(0.28, 0.5, -1.1)], 0.010, 5);
-    limb(&mut stage, bark, Some(leaves[1]), [vec3(0.95, -0.62, -1.75), vec3(0.45, -0.28, -1.7), vec3(0.1, -0.36, -1.6)], 0.011, 8);
-    limb(&mut stage, bark, Some(leaves[2]), [vec3(0.5, 0.42, -0.62), vec3(0.33, 0.2, -0.6), vec3(0.26, 0.02, -0.58)], 0.005, 12);
-    limb(&mut stage, bark, Some(leaves[2]), [vec3(-1.3, -0.5, -2.2), vec3(-0.7, -0.2, -2.1), vec3(-0.3, 0.1, -2.3)], 0.014, 21);
+    limb(
+        &mut stage,
+        bark,
+        None,
+        [vec3(-0.55, 0.42, -0.86), vec3(-0.05, 0.06, -0.94), vec3(0.5, -0.36, -0.9)],
+        0.0105,
+        31,
+    );
+    limb(
+        &mut stage,
+        bark,
+        None,
+        [vec3(-0.62, -0.34, -1.36), vec3(0.02, 0.04, -1.42), vec3(0.66, 0.36, -1.3)],
+        0.0125,
+        47,
+    );
+    limb(
+        &mut stage,
+        bark,
+        Some(leaves[0]),
+        [vec3(-0.9, 0.62, -1.15), vec3(-0.35, 0.48, -1.2), vec3(0.28, 0.5, -1.1)],
+        0.010,
+        5,
+    );
+    limb(
+        &mut stage,
+        bark,
+        Some(leaves[1]),
+        [vec3(0.95, -0.62, -1.75), vec3(0.45, -0.28, -1.7), vec3(0.1, -0.36, -1.6)],
+        0.011,
+        8,
+    );
+    limb(
+        &mut stage,
+        bark,
+        Some(leaves[2]),
+        [vec3(0.5, 0.42, -0.62), vec3(0.33, 0.2, -0.6), vec3(0.26, 0.02, -0.58)],
+        0.005,
+        12,
+    );
+    limb(
+        &mut stage,
+        bark,
+        Some(leaves[2]),
+        [vec3(-1.3, -0.5, -2.2), vec3(-0.7, -0.2, -2.1), vec3(-0.3, 0.1, -2.3)],
+        0.014,
+        21,
+    );
     stage.camera("crossing", vec3(0.0, 0.05, 0.0), vec3(0.0, 0.02, -1.1), 40.0, 0.05);
     stage.camera("aside", vec3(0.55, 0.25, 0.1), vec3(-0.1, 0.0, -1.3), 45.0, 0.05);
     stage
@@ -71,13 +119,16 @@ fn limb(stage: &mut Stage, bark: usize, leaves: Option<usize>, through: [Vec3; 3
         let out = vec3(rng.range(-1.0, 1.0), rng.range(-0.8, 1.0), rng.range(-0.45, 0.45)).normalize_or(Vec3::Y);
         let direction = (heading * 0.6 + out).normalize_or(Vec3::Y);
         let length = rng.range(0.06, 0.16) * if leaves.is_some() { 1.0 } else { 0.8 };
-        let twig = |s: f32| start + direction * length * s + Vec3::NEG_Y * 0.03 * s * s + wobble(s + t, 0.02) - wobble(t, 0.02);
+        let twig = |s: f32| {
+            start + direction * length * s + Vec3::NEG_Y * 0.03 * s * s + wobble(s + t, 0.02) - wobble(t, 0.02)
+        };
         let path: Vec<_> = (0..=8).map(|i| (twig(i as f32 / 8.0), 0.35 * thick(t) * (1.1 - i as f32 / 8.0))).collect();
         wood.append(&Shape::tube(&path, 8).mapped(|c| vec2(c.uv.x, c.uv.y * 6.0)));
         let count = if leaves.is_some() { 4 } else { 0 };
         for i in 0..count {
             let s = (i as f32 + 1.0) / count as f32;
-            let point = (direction + vec3(rng.range(-0.8, 0.8), rng.range(-0.9, 0.4), rng.range(-0.5, 0.7))).normalize_or(Vec3::X);
+            let point = (direction + vec3(rng.range(-0.8, 0.8), rng.range(-0.9, 0.4), rng.range(-0.5, 0.7)))
+                .normalize_or(Vec3::X);
             let spin = Mat4::from_rotation_y(rng.range(-0.9, 0.9));
             let place = Mat4::from_translation(twig(s)) * upright_to(point) * spin;
             foliage.append(&leaf(rng.range(0.06, 0.1), 6, 14).moved(place));
@@ -129,7 +180,10 @@ fn garden(stage: &mut Stage, bark: usize, leaves: &[usize; 3]) {
         let path: Vec<_> = (0..=24)
             .map(|k| {
                 let t = k as f32 / 24.0;
-                (vec3(x + lean * t + 0.06 * (t * 9.0).sin(), -1.2 + 3.6 * t, -3.2 + 0.1 * (t * 5.0).cos()), 0.11 - 0.04 * t)
+                (
+                    vec3(x + lean * t + 0.06 * (t * 9.0).sin(), -1.2 + 3.6 * t, -3.2 + 0.1 * (t * 5.0).cos()),
+                    0.11 - 0.04 * t,
+                )
             })
             .collect();
         stage.place(Shape::tube(&path, 24).mapped(|c| vec2(c.uv.x * 2.0, c.uv.y * 2.0)), bark);

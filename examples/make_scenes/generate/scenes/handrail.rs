@@ -75,14 +75,14 @@ fn rail(stage: &mut Stage) {
 fn corridor(stage: &mut Stage) {
     let parquet = stage.jpeg(patterns::parquet(1024, 8, 6), 78);
     let parquet = stage.matte("parquet", parquet, 0.4);
-    let floor = Shape::surface(56, 170, |u, v| vec3(-1.7 + 4.2 * u, 0.0, 0.8 + (END - 0.8) * (0.45 * v + 0.55 * v * v)));
+    let floor =
+        Shape::surface(56, 170, |u, v| vec3(-1.7 + 4.2 * u, 0.0, 0.8 + (END - 0.8) * (0.45 * v + 0.55 * v * v)));
     let floor = floor.flipped_if(|c| c.normal.y < 0.0).mapped(|c| vec2(c.position.x, c.position.z) / 1.3);
     stage.place(floor, parquet);
     let carpet = stage.jpeg(patterns::kilim(768, 12), 80);
     let carpet = stage.matte("carpet", carpet, 0.95);
-    let runner = Shape::surface(20, 130, |u, v| {
-        vec3(0.05 + 1.05 * u, 0.012, 0.8 + (END + 0.6) * (0.45 * v + 0.55 * v * v))
-    });
+    let runner =
+        Shape::surface(20, 130, |u, v| vec3(0.05 + 1.05 * u, 0.012, 0.8 + (END + 0.6) * (0.45 * v + 0.55 * v * v)));
     stage.place(runner.flipped_if(|c| c.normal.y < 0.0).mapped(|c| vec2(c.uv.x, c.position.z / 1.05)), carpet);
     let paper = stage.jpeg(patterns::damask(768, 4, rgb(0x2f4a44), rgb(0xb9a06a), rgb(0xe2d6b4)), 80);
     let paper = stage.matte("wallpaper", paper, 0.85);
@@ -132,7 +132,12 @@ fn corridor(stage: &mut Stage) {
         let height = 0.78 + 0.1 * (k % 2) as f32;
         let sheet = Shape::surface(6, 8, |u, v| vec3(-1.66, 1.95 - height * v, z - 0.3 + 0.6 * (1.0 - u)));
         stage.place(sheet.flipped_if(|c| c.normal.x < 0.0), pictures);
-        for (dy, dz, sy, sz) in [(0.03, 0.0, 0.06, 0.72), (-height - 0.03, 0.0, 0.06, 0.72), (-height * 0.5, 0.33, height, 0.06), (-height * 0.5, -0.33, height, 0.06)] {
+        for (dy, dz, sy, sz) in [
+            (0.03, 0.0, 0.06, 0.72),
+            (-height - 0.03, 0.0, 0.06, 0.72),
+            (-height * 0.5, 0.33, height, 0.06),
+            (-height * 0.5, -0.33, height, 0.06),
+        ] {
             stage.place(Shape::cuboid(vec3(-1.67, 1.95 + dy, z + dz), vec3(0.06, sy, sz), 0.5), wood);
         }
     }

@@ -1,7 +1,7 @@
 //! Elephants at many depths on dry ground.
 
-use super::prelude::*;
 use super::super::nature::{blend, cone, ellipsoid, surface_net};
+use super::prelude::*;
 
 /// The scene.
 pub fn stage() -> Stage {
@@ -35,7 +35,12 @@ pub fn stage() -> Stage {
     }
     let skin = stage.jpeg(nature::hide(1024, rgb(0xa89a8c), 7), 78);
     let skin = stage.matte("hide", skin, 0.8);
-    let ivory = stage.material(Material { name: "ivory", color: vec3(0.78, 0.70, 0.54), roughness: 0.4, ..Material::default() });
+    let ivory = stage.material(Material {
+        name: "ivory",
+        color: vec3(0.78, 0.70, 0.54),
+        roughness: 0.4,
+        ..Material::default()
+    });
     elephants(&mut stage, skin, ivory);
     trees(&mut stage);
     stage.camera("herd", vec3(0.0, 1.5, 0.0), vec3(0.1, 1.35, -8.0), 40.0, 0.1);
@@ -53,7 +58,8 @@ fn body(p: Vec3, step: f32, lift: f32) -> f32 {
     for (x, phase) in [(0.72, 1.0), (-0.85, -1.0)] {
         let side = p.z.signum();
         let swing = 0.26 * step * phase * side;
-        let (hip, knee, foot) = (vec3(x, 1.5, 0.36), vec3(x + swing * 0.6 + 0.05 * phase, 0.78, 0.36), vec3(x + swing, 0.14, 0.36));
+        let (hip, knee, foot) =
+            (vec3(x, 1.5, 0.36), vec3(x + swing * 0.6 + 0.05 * phase, 0.78, 0.36), vec3(x + swing, 0.14, 0.36));
         let leg = blend(cone(mirrored, hip, knee, 0.32, 0.215), cone(mirrored, knee, foot, 0.205, 0.2), 0.1);
         let pad = cone(mirrored, foot - Vec3::Y * 0.02, foot - Vec3::Y * 0.1, 0.225, 0.24).max(-p.y);
         d = blend(d, blend(leg, pad, 0.08), 0.22);
@@ -62,7 +68,14 @@ fn body(p: Vec3, step: f32, lift: f32) -> f32 {
     d = blend(d, cone(p, vec3(1.0, 2.0, 0.0), vec3(1.5, 2.3, 0.0), 0.46, 0.36), 0.3);
     d = blend(d, ellipsoid(p, vec3(1.6, 2.32, 0.0), vec3(0.42, 0.5, 0.38)), 0.22);
     d = blend(d, ellipsoid(mirrored, vec3(1.62, 2.62, 0.15), vec3(0.24, 0.2, 0.18)), 0.2);
-    let trunk = [vec3(1.85, 2.22, 0.0), vec3(2.12, 1.85, 0.0), vec3(2.2, 1.35, 0.0), vec3(2.2 + 0.1 * lift, 0.85 + 0.15 * lift, 0.05), vec3(2.3 + 0.3 * lift, 0.42 + 0.45 * lift, 0.08), vec3(2.5 + 0.2 * lift, 0.34 + 0.8 * lift, 0.08)];
+    let trunk = [
+        vec3(1.85, 2.22, 0.0),
+        vec3(2.12, 1.85, 0.0),
+        vec3(2.2, 1.35, 0.0),
+        vec3(2.2 + 0.1 * lift, 0.85 + 0.15 * lift, 0.05),
+        vec3(2.3 + 0.3 * lift, 0.42 + 0.45 * lift, 0.08),
+        vec3(2.5 + 0.2 * lift, 0.34 + 0.8 * lift, 0.08),
+    ];
     let rings = 0.008 * (p.y * 46.0).sin() * f32::from(p.x > 1.95);
     for (k, pair) in trunk.windows(2).enumerate() {
         let radius = |i: usize| 0.25 - 0.037 * i as f32;
@@ -76,14 +89,18 @@ fn body(p: Vec3, step: f32, lift: f32) -> f32 {
     let bend = out - 0.06 * (back * 5.0).sin() - 0.25 * back * back;
     let flap = ellipsoid(vec3(back, fan.y, bend), vec3(0.36, -0.04, 0.0), vec3(0.52, 0.66, 0.075));
     d = blend(d, flap, 0.07);
-    let tail = blend(cone(p, vec3(-1.38, 2.0, 0.0), vec3(-1.62, 1.3, 0.04), 0.07, 0.035), ellipsoid(p, vec3(-1.64, 1.1, 0.05), vec3(0.07, 0.2, 0.07)), 0.08);
+    let tail = blend(
+        cone(p, vec3(-1.38, 2.0, 0.0), vec3(-1.62, 1.3, 0.04), 0.07, 0.035),
+        ellipsoid(p, vec3(-1.64, 1.1, 0.05), vec3(0.07, 0.2, 0.07)),
+        0.08,
+    );
     let eye = ellipsoid(mirrored, vec3(1.83, 2.33, 0.315), vec3(0.06, 0.05, 0.05));
     blend(blend(d, tail, 0.08), eye, 0.02)
 }
 
 fn elephants(stage: &mut Stage, skin: usize, ivory: usize) {
     let made = [(0.8, 0.15), (-0.7, 0.9)].map(|(step, lift)| {
-        let shape = surface_net(vec3(-1.9, -0.06, -1.35), vec3(3.0, 3.0, 1.35), 0.058, |p| body(p, step, lift));
+        let shape = surface_net(vec3(-1.9, -0.06, -1.35), vec3(3.0, 3.0, 1.35), 0.060, |p| body(p, step, lift));
         let shape = shape.mapped(|c| {
             let p = c.position;
             // Unrolled around the body, so that no side is stretched much.
@@ -102,10 +119,20 @@ fn elephants(stage: &mut Stage, skin: usize, ivory: usize) {
     tusks.append(&Shape::tube(&other, 14));
     let tusks = stage.mesh(tusks, ivory);
     let herd = [
-        (0.55, -6.1, 0.75, 0.50, 0), (-1.15, -3.6, 2.6, 0.42, 1), (1.55, -3.0, -2.5, 0.30, 0), (-2.7, -8.2, 0.35, 1.0, 0),
-        (2.9, -9.5, 2.75, 1.05, 1), (-0.4, -12.5, 0.1, 1.1, 1), (5.6, -14.0, 3.3, 1.0, 0), (-6.2, -14.5, -0.3, 1.1, 1),
-        (1.8, -18.5, 0.5, 1.05, 0), (-3.2, -21.0, 2.9, 1.0, 1), (8.5, -23.0, 3.0, 1.1, 0), (-9.5, -26.0, 0.2, 1.05, 0),
-        (3.9, -31.0, 2.7, 1.1, 1), (-2.5, -38.0, 0.2, 1.1, 0),
+        (0.55, -6.1, 0.75, 0.50, 0),
+        (-1.15, -3.6, 2.6, 0.42, 1),
+        (1.55, -3.0, -2.5, 0.30, 0),
+        (-2.7, -8.2, 0.35, 1.0, 0),
+        (2.9, -9.5, 2.75, 1.05, 1),
+        (-0.4, -12.5, 0.1, 1.1, 1),
+        (5.6, -14.0, 3.3, 1.0, 0),
+        (-6.2, -14.5, -0.3, 1.1, 1),
+        (1.8, -18.5, 0.5, 1.05, 0),
+        (-3.2, -21.0, 2.9, 1.0, 1),
+        (8.5, -23.0, 3.0, 1.1, 0),
+        (-9.5, -26.0, 0.2, 1.05, 0),
+        (3.9, -31.0, 2.7, 1.1, 1),
+        (-2.5, -38.0, 0.2, 1.1, 0),
     ];
     for (x, z, angle, scale, kind) in herd {
         let place = at(x, -0.02, z) * turn(angle) * Mat4::from_scale(vec3(scale, scale, scale));
@@ -117,8 +144,18 @@ fn elephants(stage: &mut Stage, skin: usize, ivory: usize) {
 fn trees(stage: &mut Stage) {
     let bark = stage.jpeg(nature::bark(256, rgb(0x8a6f52), rgb(0x35281c), 9), 78);
     let bark = stage.matte("bark", bark, 0.9);
-    let leaf = stage.material(Material { name: "acacia", color: vec3(0.16, 0.24, 0.07), double_sided: true, ..Material::default() });
-    let straw = stage.material(Material { name: "straw", color: vec3(0.62, 0.47, 0.20), double_sided: true, ..Material::default() });
+    let leaf = stage.material(Material {
+        name: "acacia",
+        color: vec3(0.16, 0.24, 0.07),
+        double_sided: true,
+        ..Material::default()
+    });
+    let straw = stage.material(Material {
+        name: "straw",
+        color: vec3(0.62, 0.47, 0.20),
+        double_sided: true,
+        ..Material::default()
+    });
     let mut rng = Rng::new(3);
     let (mut wood, mut crown) = (Shape::default(), Shape::default());
     for k in 0..7 {
@@ -136,11 +173,21 @@ fn trees(stage: &mut Stage) {
         let (r, a) = (3.4 * rng.unit().sqrt(), rng.range(0.0, 6.28));
         let centre = vec3(r * a.cos(), 4.55 + 0.35 * rng.unit() + 0.25 * (1.0 - r / 3.4), r * a.sin());
         let tilt = upright_to(vec3(rng.range(-0.7, 0.7), 1.0, rng.range(-0.7, 0.7)));
-        let tuft = Shape::surface(2, 2, |u, v| vec3((u - 0.5) * 0.5 * (1.0 - (v - 0.5).abs()), 0.06 * u, (v - 0.5) * 0.3));
+        let tuft =
+            Shape::surface(2, 2, |u, v| vec3((u - 0.5) * 0.5 * (1.0 - (v - 0.5).abs()), 0.06 * u, (v - 0.5) * 0.3));
         crown.append(&tuft.moved(Mat4::from_translation(centre) * tilt * turn(a * 7.0)));
     }
     let (wood, crown) = (stage.mesh(wood, bark), stage.mesh(crown, leaf));
-    for (x, z, s) in [(-7.5, -20.0, 1.0), (9.5, -27.0, 1.2), (-16.0, -38.0, 1.3), (4.5, -46.0, 1.4), (20.0, -50.0, 1.5), (-5.0, -60.0, 1.5), (14.0, -66.0, 1.6), (-24.0, -62.0, 1.6)] {
+    for (x, z, s) in [
+        (-7.5, -20.0, 1.0),
+        (9.5, -27.0, 1.2),
+        (-16.0, -38.0, 1.3),
+        (4.5, -46.0, 1.4),
+        (20.0, -50.0, 1.5),
+        (-5.0, -60.0, 1.5),
+        (14.0, -66.0, 1.6),
+        (-24.0, -62.0, 1.6),
+    ] {
         let place = at(x, -0.05, z) * turn(x) * Mat4::from_scale(vec3(s, s, s));
         stage.node(wood, place);
         stage.node(crown, place);
@@ -156,7 +203,7 @@ fn trees(stage: &mut Stage) {
         tuft.append(&blade);
     }
     let tuft = stage.mesh(tuft, straw);
-    for _ in 0..330 {
+    for _ in 0..280 {
         let z = -1.2 - 24.0 * rng.unit().powi(2);
         let place = at(rng.range(-0.75, 0.75) * (1.5 - z), -0.03, z) * turn(rng.range(0.0, 6.28));
         stage.node(tuft, place);

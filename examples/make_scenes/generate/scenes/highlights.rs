@@ -54,7 +54,11 @@ fn street(stage: &mut Stage, lamps: &[Vec3]) {
     let mirror: Vec<(Vec2, Vec3, f32)> = lamps
         .iter()
         .map(|l| (vec2(l.x, l.z), vec3(1.0, 0.72, 0.4), 1.0))
-        .chain([(vec2(-3.6, -9.0), vec3(1.0, 0.15, 0.25), 0.9), (vec2(3.6, -16.0), vec3(0.2, 0.6, 1.0), 0.9), (vec2(3.4, -6.0), vec3(0.3, 1.0, 0.5), 0.5)])
+        .chain([
+            (vec2(-3.6, -9.0), vec3(1.0, 0.15, 0.25), 0.9),
+            (vec2(3.6, -16.0), vec3(0.2, 0.6, 1.0), 0.9),
+            (vec2(3.4, -6.0), vec3(0.3, 1.0, 0.5), 0.5),
+        ])
         .collect();
     let streaks = Canvas::paint(512, 1024, move |uv| {
         let p = place(uv);
@@ -100,8 +104,16 @@ fn street(stage: &mut Stage, lamps: &[Vec3]) {
         let kerb = Shape::cuboid(vec3(side * 4.0, 0.05, -34.5), vec3(3.2, 0.1, 71.0), 0.8);
         stage.place(kerb.mapped(|c| vec2(c.position.x, c.position.z) / 1.8), wet);
     }
-    let iron = stage.material(Material { name: "iron", color: vec3(0.05, 0.05, 0.055), roughness: 0.4, double_sided: true, ..Material::default() });
-    let profile = [(0.12, 0.1), (0.12, 0.3), (0.07, 0.4), (0.05, 1.0), (0.045, 3.9), (0.09, 3.95), (0.09, 4.05), (0.03, 4.08)].map(|(r, y)| vec2(r, y));
+    let iron = stage.material(Material {
+        name: "iron",
+        color: vec3(0.05, 0.05, 0.055),
+        roughness: 0.4,
+        double_sided: true,
+        ..Material::default()
+    });
+    let profile =
+        [(0.12, 0.1), (0.12, 0.3), (0.07, 0.4), (0.05, 1.0), (0.045, 3.9), (0.09, 3.95), (0.09, 4.05), (0.03, 4.08)]
+            .map(|(r, y)| vec2(r, y));
     let post = stage.mesh(Shape::lathe(&profile, 20), iron);
     let hat = stage.mesh(Shape::lathe(&[vec2(0.2, 4.42), vec2(0.12, 4.56), vec2(0.02, 4.66)], 20), iron);
     let bulb = glow(stage, "street lamp", vec3(120.0, 84.0, 44.0));
@@ -111,7 +123,13 @@ fn street(stage: &mut Stage, lamps: &[Vec3]) {
         stage.node(hat, at(lamp.x, 0.0, lamp.z));
         stage.node(bulb, at(lamp.x, lamp.y, lamp.z));
     }
-    for (colour, x, y, z) in [(vec3(160.0, 10.0, 8.0), -0.35, 0.85, -30.0), (vec3(160.0, 10.0, 8.0), 0.5, 0.85, -30.0), (vec3(180.0, 170.0, 150.0), 1.1, 0.8, -44.0), (vec3(180.0, 170.0, 150.0), 1.7, 0.8, -44.0), (vec3(10.0, 150.0, 70.0), 2.6, 3.2, -26.0)] {
+    for (colour, x, y, z) in [
+        (vec3(160.0, 10.0, 8.0), -0.35, 0.85, -30.0),
+        (vec3(160.0, 10.0, 8.0), 0.5, 0.85, -30.0),
+        (vec3(180.0, 170.0, 150.0), 1.1, 0.8, -44.0),
+        (vec3(180.0, 170.0, 150.0), 1.7, 0.8, -44.0),
+        (vec3(10.0, 150.0, 70.0), 2.6, 3.2, -26.0),
+    ] {
         let light = glow(stage, "car and signal", colour);
         stage.place(Shape::sphere(0.09, 10).moved(at(x, y, z)), light);
     }
@@ -133,7 +151,12 @@ fn houses(stage: &mut Stage) {
             })
         })
         .to_vec();
-    let dark = stage.material(Material { name: "dark pane", color: vec3(0.015, 0.017, 0.02), roughness: 0.1, ..Material::default() });
+    let dark = stage.material(Material {
+        name: "dark pane",
+        color: vec3(0.015, 0.017, 0.02),
+        roughness: 0.1,
+        ..Material::default()
+    });
     let pane = Shape::surface(2, 2, |u, v| vec3(u - 0.5, 0.5 - v, 0.0)).flipped_if(|c| c.normal.z < 0.0);
     let windows: Vec<usize> = panes.iter().chain([&dark]).map(|&m| stage.mesh(pane.clone(), m)).collect();
     let sill = stage.mesh(Shape::cuboid(vec3(0.0, -0.56, 0.05), vec3(1.16, 0.09, 0.1), 1.0), brick);
@@ -148,8 +171,14 @@ fn houses(stage: &mut Stage) {
             let columns = (width / 1.5) as usize;
             for row in 0..(height / 1.9) as usize {
                 for column in 0..columns {
-                    let spot = vec3(x - side * 0.012, 1.5 + 1.9 * row as f32, z - (column as f32 + 0.5) * width / columns as f32);
-                    let place = Mat4::from_translation(spot) * turn(-side * TAU * 0.25) * Mat4::from_scale(vec3(0.78, 1.15, 1.0));
+                    let spot = vec3(
+                        x - side * 0.012,
+                        1.5 + 1.9 * row as f32,
+                        z - (column as f32 + 0.5) * width / columns as f32,
+                    );
+                    let place = Mat4::from_translation(spot)
+                        * turn(-side * TAU * 0.25)
+                        * Mat4::from_scale(vec3(0.78, 1.15, 1.0));
                     let kind = if rng.unit() < 0.42 { rng.index(4) } else { 4 };
                     stage.node(windows[kind], place);
                     stage.node(sill, place);
@@ -163,7 +192,11 @@ fn houses(stage: &mut Stage) {
         let (x, h) = (-12.0 + 3.0 * k as f32, rng.range(9.0, 20.0));
         stage.place(Shape::cuboid(vec3(x, h * 0.5, -76.0 - 2.0 * (k % 3) as f32), vec3(2.9, h, 2.0), 3.0), brick);
         for _ in 0..26 {
-            let spot = at(x + (rng.index(4) as f32 - 1.5) * 0.66, 1.5 + 1.1 * rng.index((h / 1.1) as usize - 2) as f32, -74.9 - 2.0 * (k % 3) as f32);
+            let spot = at(
+                x + (rng.index(4) as f32 - 1.5) * 0.66,
+                1.5 + 1.1 * rng.index((h / 1.1) as usize - 2) as f32,
+                -74.9 - 2.0 * (k % 3) as f32,
+            );
             stage.node(windows[rng.index(4)], spot * Mat4::from_scale(vec3(0.36, 0.5, 1.0)));
         }
     }
@@ -173,7 +206,9 @@ fn houses(stage: &mut Stage) {
 fn window(curtain: bool) -> Canvas {
     let mut c = Canvas::paint(96, 128, |uv| Vec3::splat(0.55 + 0.45 * (1.0 - uv.y)));
     if curtain {
-        c.blend(vec2(0.0, 0.0), vec2(96.0, 128.0), rgb(0x6a2a18), |p| f32::from((p.x - 48.0).abs() > 22.0 + 12.0 * (p.y / 128.0)) * 0.85);
+        c.blend(vec2(0.0, 0.0), vec2(96.0, 128.0), rgb(0x6a2a18), |p| {
+            f32::from((p.x - 48.0).abs() > 22.0 + 12.0 * (p.y / 128.0)) * 0.85
+        });
     }
     for x in [0.0, 45.0, 90.0] {
         c.rect(x, 0.0, 6.0, 128.0, Vec3::ZERO);
@@ -213,7 +248,8 @@ fn signs(stage: &mut Stage) {
 
 /// Strings of fairy lights across the street.
 fn strings(stage: &mut Stage) {
-    let colours = [(90.0, 58.0, 24.0), (200.0, 130.0, 55.0), (90.0, 12.0, 10.0), (12.0, 60.0, 110.0), (14.0, 90.0, 30.0)];
+    let colours =
+        [(90.0, 58.0, 24.0), (200.0, 130.0, 55.0), (90.0, 12.0, 10.0), (12.0, 60.0, 110.0), (14.0, 90.0, 30.0)];
     let near: Vec<usize> = colours
         .iter()
         .map(|&(r, g, b)| {
@@ -239,7 +275,10 @@ fn strings(stage: &mut Stage) {
         for k in 0..count {
             let p = hang((k as f32 + 0.5) / count as f32) - Vec3::Y * 0.02;
             let size = 1.0 + 0.13 * -a.z;
-            stage.node(near[if rng.unit() < 0.6 { k % 2 } else { rng.index(5) }], Mat4::from_translation(p) * Mat4::from_scale(vec3(size, size, size)));
+            stage.node(
+                near[if rng.unit() < 0.6 { k % 2 } else { rng.index(5) }],
+                Mat4::from_translation(p) * Mat4::from_scale(vec3(size, size, size)),
+            );
         }
     }
 }
@@ -251,11 +290,19 @@ fn table(stage: &mut Stage) {
     let top = Shape::surface(50, 40, |u, v| vec3(-0.75 + 1.6 * u, 1.02, -0.7 - 0.95 * v));
     stage.place(top.flipped_if(|c| c.normal.y < 0.0).mapped(|c| vec2(c.position.x, c.position.z) / 0.7), wood);
     stage.place(Shape::cuboid(vec3(0.05, 0.994, -1.175), vec3(1.6, 0.05, 0.95), 0.3), wood);
-    let brass = stage.material(Material { name: "brass", color: vec3(0.75, 0.52, 0.22), metallic: 1.0, roughness: 0.3, ..Material::default() });
+    let brass = stage.material(Material {
+        name: "brass",
+        color: vec3(0.75, 0.52, 0.22),
+        metallic: 1.0,
+        roughness: 0.3,
+        ..Material::default()
+    });
     let flame = glow(stage, "flame", vec3(200.0, 110.0, 34.0));
     let (x, z) = (0.22, -1.2);
-    let foot = [(0.001, 0.0), (0.07, 0.0), (0.075, 0.012), (0.06, 0.022), (0.05, 0.03), (0.001, 0.032)].map(|(r, y)| vec2(r, y));
-    let roof = [(0.075, 0.19), (0.078, 0.2), (0.045, 0.225), (0.02, 0.235), (0.016, 0.26), (0.001, 0.265)].map(|(r, y)| vec2(r, y));
+    let foot = [(0.001, 0.0), (0.07, 0.0), (0.075, 0.012), (0.06, 0.022), (0.05, 0.03), (0.001, 0.032)]
+        .map(|(r, y)| vec2(r, y));
+    let roof = [(0.075, 0.19), (0.078, 0.2), (0.045, 0.225), (0.02, 0.235), (0.016, 0.26), (0.001, 0.265)]
+        .map(|(r, y)| vec2(r, y));
     let mut lantern = Shape::lathe(&foot, 40);
     lantern.append(&Shape::lathe(&roof, 40));
     for k in 0..8 {
@@ -272,12 +319,26 @@ fn table(stage: &mut Stage) {
         })
         .collect();
     stage.place(Shape::lathe(&drop, 20).moved(at(x, 1.02, z)), flame);
-    let wax = stage.material(Material { name: "wax", color: vec3(0.8, 0.72, 0.55), roughness: 0.5, ..Material::default() });
-    stage.place(Shape::lathe(&[vec2(0.028, 0.03), vec2(0.028, 0.054), vec2(0.001, 0.052)], 32).moved(at(x, 1.02, z)), wax);
+    let wax =
+        stage.material(Material { name: "wax", color: vec3(0.8, 0.72, 0.55), roughness: 0.5, ..Material::default() });
+    stage.place(
+        Shape::lathe(&[vec2(0.028, 0.03), vec2(0.028, 0.054), vec2(0.001, 0.052)], 32).moved(at(x, 1.02, z)),
+        wax,
+    );
     stage.lamp(vec3(0.16, 0.095, 0.04), vec3(x, 1.10, z), 0.012);
     let glaze = stage.jpeg(patterns::star_tiles(384, 4, 2), 84);
     let glaze = stage.matte("cup", glaze, 0.2);
-    let cup = [(0.001, 0.004), (0.028, 0.0), (0.034, 0.008), (0.042, 0.045), (0.044, 0.075), (0.0415, 0.076), (0.038, 0.045), (0.001, 0.02)].map(|(r, y)| vec2(r, y));
+    let cup = [
+        (0.001, 0.004),
+        (0.028, 0.0),
+        (0.034, 0.008),
+        (0.042, 0.045),
+        (0.044, 0.075),
+        (0.0415, 0.076),
+        (0.038, 0.045),
+        (0.001, 0.02),
+    ]
+    .map(|(r, y)| vec2(r, y));
     let mut mug = Shape::lathe(&cup, 56);
     mug.append(&Shape::torus(0.022, 0.005, 40, 10).moved(at(0.058, 0.04, 0.0) * Mat4::from_rotation_x(TAU * 0.25)));
     let mug = mug.mapped(|c| vec2(c.uv.x * 2.0, c.uv.y));

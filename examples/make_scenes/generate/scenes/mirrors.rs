@@ -25,7 +25,9 @@ pub fn stage() -> Stage {
         ("blued steel", vec3(0.25, 0.36, 0.62), 0.05),
         ("brushed", vec3(0.62, 0.60, 0.57), 0.15),
     ]
-    .map(|(name, color, roughness)| stage.material(Material { name, color, metallic: 1.0, roughness, ..Material::default() }));
+    .map(|(name, color, roughness)| {
+        stage.material(Material { name, color, metallic: 1.0, roughness, ..Material::default() })
+    });
     pieces(&mut stage, &metals);
     stage.camera("hall", vec3(0.0, 0.62, 0.0), vec3(0.05, 0.36, -2.2), 42.0, 0.05);
     stage.camera("low", vec3(-0.75, 0.22, -0.3), vec3(0.35, 0.34, -2.6), 46.0, 0.05);
@@ -52,7 +54,13 @@ fn hall(stage: &mut Stage) {
 fn pieces(stage: &mut Stage, metals: &[usize; 5]) {
     let balls = metals.map(|metal| stage.mesh(Shape::sphere(1.0, 28), metal));
     let mut rng = Rng::new(17);
-    let near = [(-0.30, -0.95, 0.13, 1), (0.28, -0.80, 0.085, 0), (0.46, -1.35, 0.17, 2), (-0.75, -1.75, 0.26, 0), (0.02, -1.98, 0.2, 3)];
+    let near = [
+        (-0.30, -0.95, 0.13, 1),
+        (0.28, -0.80, 0.085, 0),
+        (0.46, -1.35, 0.17, 2),
+        (-0.75, -1.75, 0.26, 0),
+        (0.02, -1.98, 0.2, 3),
+    ];
     for (x, z, r, metal) in near {
         stage.place(Shape::sphere(r, 34).moved(at(x, r, z)), metals[metal]);
     }
@@ -85,7 +93,9 @@ fn pieces(stage: &mut Stage, metals: &[usize; 5]) {
         stage.place(Shape::tube(&knot, 14).moved(at(x, 0.0, z)), metals[if x < 0.0 { 3 } else { 0 }]);
     }
     // Wavy panels like folding screens.
-    for (x, z, angle, metal) in [(-2.6, -5.2, 0.55, 4), (2.5, -6.2, -0.5, 1), (-0.5, -7.6, 0.1, 0), (1.5, -2.35, -0.75, 3)] {
+    for (x, z, angle, metal) in
+        [(-2.6, -5.2, 0.55, 4), (2.5, -6.2, -0.5, 1), (-0.5, -7.6, 0.1, 0), (1.5, -2.35, -0.75, 3)]
+    {
         let scale = if z > -3.0 { 0.5 } else { 1.0 };
         let panel = Shape::surface(90, 30, |u, v| {
             let wave = 0.07 * (u * 5.0 * TAU).sin() + 0.03 * (v * 3.0 * TAU + u * 4.0).sin();
