@@ -35,11 +35,23 @@ const FRAMING_FOV_Y_DEG: f64 = 40.0;
 ///
 /// A [`SceneError`] that names the file, the item in it and the remedy.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    load_problem(path).map_err(|problem| SceneError { file: path.to_owned(), problem })
+    let scene = container::read(path).and_then(|file| load_file(file, path));
+    scene.map_err(|problem| SceneError { file: path.to_owned(), problem })
 }
 
-fn load_problem(path: &Path) -> Result<Scene, SceneProblem> {
-    let file = container::read(path)?;
+/// Loads the bytes of a self-contained `.glb` or `.gltf` file, whose scene is then called
+/// `name`.
+///
+/// # Errors
+///
+/// Those of [`load`], with the name for the file.
+pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+    let path = Path::new(name);
+    let scene = container::parse(bytes).and_then(|file| load_file(file, path));
+    scene.map_err(|problem| SceneError { file: path.to_owned(), problem })
+}
+
+fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProblem> {
     let document = validate::document(file.root)?;
     let buffers = container::Buffers::load(&document, file.blob, path)?;
     for accessor in document.accessors() {

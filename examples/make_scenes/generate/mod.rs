@@ -3,20 +3,28 @@
 pub mod bake;
 mod canvas;
 pub mod glb;
+pub mod nature;
 mod noise;
 pub mod patterns;
 mod scenes;
 mod shape;
 pub mod stage;
 
-/// Names of the scenes that are files of the repository.
-pub const NAMES: [&str; 2] = ["cans", "atrium"];
+/// Names of the scenes that are files of the repository. "forest" is not: only a picture of
+/// it is.
+pub const NAMES: [&str; 7] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail"];
 
 /// The scene called `name` with its light baked in; `None` if there is none.
 pub fn stage(name: &str) -> Option<stage::Stage> {
     let mut stage = match name {
         "cans" => scenes::cans::stage(),
+        "branches" => scenes::branches::stage(),
+        "highlights" => scenes::highlights::stage(),
+        "herd" => scenes::herd::stage(),
+        "mirrors" => scenes::mirrors::stage(),
+        "handrail" => scenes::handrail::stage(),
         "atrium" => scenes::atrium::stage(),
+        "forest" => scenes::forest::stage(),
         _ => return None,
     };
     bake::bake(&mut stage);

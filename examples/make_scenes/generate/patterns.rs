@@ -1,7 +1,7 @@
 //! Textures of walls, floors, wood, cloth and ground. All tile.
 
 use super::canvas::{Canvas, lines, rgb};
-use super::noise::{cells, fbm, hash, hash3, mix, smoothstep};
+use super::noise::{fbm, hash, hash3, mix, smoothstep};
 use glam::{IVec2, Vec2, Vec3, ivec2, vec2};
 use std::f32::consts::TAU;
 
@@ -165,18 +165,6 @@ pub fn damask(size: usize, repeat: i32, ground: Vec3, figure: Vec3, accent: Vec3
     })
 }
 
-/// Plaster with cracks and stains.
-pub fn plaster(size: usize, base: Vec3, seed: u32) -> Canvas {
-    let rough = move |uv: Vec2| fbm(uv, ivec2(24, 24), 4, seed);
-    Canvas::paint(size, size, move |uv| {
-        let stain = fbm(uv, ivec2(3, 3), 5, seed + 1);
-        let (first, second, _) = cells(uv + 0.02 * rough(uv), ivec2(5, 5), seed + 2);
-        let crack = smoothstep(0.014, 0.004, second - first) * smoothstep(0.45, 0.6, stain);
-        base * mix(0.72, 1.12, stain) * (0.85 + 0.3 * rough(uv)) * (1.0 - 0.6 * crack)
-    })
-    .emboss(0.9, rough)
-}
-
 /// Marble: warped veins.
 pub fn marble(size: usize, base: Vec3, vein: Vec3, seed: u32) -> Canvas {
     Canvas::paint(size, size, move |uv| {
@@ -187,4 +175,87 @@ pub fn marble(size: usize, base: Vec3, vein: Vec3, seed: u32) -> Canvas {
         let pit = smoothstep(0.7, 0.76, fbm(uv, ivec2(40, 40), 2, seed + 4));
         base.lerp(vein, (0.75 * thread + 0.3 * pit).min(1.0)) * grain * mix(0.88, 1.08, fine)
     })
+}
+
+/// Eight-pointed stars and crosses in glazed tile, `n` across.
+pub fn star_tiles(size: usize, n: i32, seed: u32) -> Canvas {
+    let glaze = [0x1f5f8b, 0xe8dcc0, 0xc2572e, 0x2c7a5c].map(rgb);
+    Canvas::paint(size, size, move |uv| {
+        let p = uv * n as f32;
+        let id = (p + 0.5).floor().as_ivec2().rem_euclid(IVec2::splat(n));
+        let q = p - (p + 0.5).floor();
+        let square = q.abs().max_element();
+        let diamond = (q.x.abs() + q.y.abs()) * std::f32::consts::FRAC_1_SQRT_2;
+        let star = square.min(diamond);
+        let (ring, angle) = (q.length(), q.y.atan2(q.x));
+        let spokes = (angle * 8.0).cos() * 0.5 + 0.5;
+        let mut colour = if star < 0.335 { glaze[((id.x + id.y) % 2) as usize * 2] } else { glaze[1] };
+        if star > 0.27 && star < 0.295 || ring < 0.05 || (ring > 0.1 && ring < 0.22 && spokes > 0.72) {
+            colour = glaze[1];
+        } else if star > 0.4 {
+            colour = glaze[3];
+        }
+        let grout = smoothstep(0.012, 0.006, (star - 0.335).abs()).max(smoothstep(0.492, 0.497, square));
+        let age = 0.8 + 0.3 * fbm(uv, ivec2(6, 6), 5, seed) + 0.1 * (hash(id.x, id.y, seed) - 0.5);
+        (colour * age).lerp(rgb(0x4f4a42), grout)
+    })
+}
+
+/// Parquet of `n` by `n` squares, each of six strips, turned alternately.
+pub fn parquet(size: usize, n: i32, seed: u32) -> Canvas {
+    Canvas::paint(size, size, move |uv| {
+        let p = uv * n as f32;
+        let id = p.floor().as_ivec2().rem_euclid(IVec2::splat(n));
+        let q = if (id.x + id.y) % 2 == 0 { p.fract() } else { vec2(p.y.fract(), p.x.fract()) };
+        let strip = (q.y * 6.0).floor() as i32;
+        let tone = hash(id.x * 6 + strip, id.y, seed);
+        let fibre =
+            if (id.x + id.y) % 2 == 0 { fbm(uv, ivec2(10, 220), 3, seed) } else { fbm(uv, ivec2(220, 10), 3, seed) };
+        let seam = lines(q.y * 6.0, 0.07, 0.03).max(smoothstep(0.49, 0.496, (q.x - 0.5).abs()));
+        let wood = rgb(0xb9824c).lerp(rgb(0x7a4a26), mix(tone, fibre, 0.45)) * (0.75 + 0.5 * fibre);
+        wood * (1.0 - 0.75 * seam)
+    })
+}
+
+/// A flat-woven runner: stepped diamonds between striped borders, along v.
+pub fn kilim(size: usize, steps: i32) -> Canvas {
+    let wool = [0x8c1f26, 0x1d2b4a, 0xd9b36a, 0xeadfc4, 0x2f5f4c].map(rgb);
+    Canvas::paint(size, size, move |uv| {
+        let q = (uv * vec2(steps as f32 * 6.0, steps as f32 * 6.0)).floor();
+        let (x, y) = (q.x / (steps as f32 * 6.0), q.y / (steps as f32 * 6.0));
+        let side = (x - 0.5).abs() * 2.0;
+        let weave = 0.85 + 0.15 * (uv.x * 300.0 * TAU).sin() * (uv.y * 150.0 * TAU).sin();
+        let wave = |count: f32| ((y * count).fract() - 0.5).abs() * 2.0;
+        let colour = if side > 0.94 {
+            wool[1]
+        } else if side > 0.78 {
+            wool[if ((side - 0.78) * 6.0 + wave(12.0)) % 1.0 > 0.5 { 3 } else { 0 }]
+        } else if side > 0.74 {
+            wool[2]
+        } else {
+            let d = side + wave(2.0) * 0.74;
+            wool[[0, 2, 1, 3, 4, 2, 0, 1][((d * 9.0) as usize) % 8]]
+        };
+        colour * weave
+    })
+}
+
+/// Rounded setts in rows, wet and dark.
+pub fn cobbles(size: usize, count: IVec2, seed: u32) -> Canvas {
+    let place = move |uv: Vec2| {
+        let row = (uv.y * count.y as f32).floor() as i32;
+        let x = uv.x * count.x as f32 + 0.5 * (row % 2) as f32;
+        (vec2(x.fract(), (uv.y * count.y as f32).fract()) - 0.5, ivec2(x.floor() as i32 % count.x, row))
+    };
+    let dome = move |uv: Vec2| {
+        let (q, _) = place(uv);
+        let edge = (q.x.abs().powi(4) + q.y.abs().powi(4)).powf(0.25);
+        smoothstep(0.5, 0.3, edge + 0.05 * (fbm(uv, count * 2, 3, seed) - 0.5))
+    };
+    Canvas::paint(size, size, move |uv| {
+        let (_, id) = place(uv);
+        let tone = 0.6 + 0.6 * hash(id.x, id.y, seed + 1);
+        rgb(0x2a2722).lerp(rgb(0x8a8a90) * tone, dome(uv)) * (0.75 + 0.5 * fbm(uv, count * 4, 3, seed + 2))
+    })
+    .emboss(1.2, dome)
 }

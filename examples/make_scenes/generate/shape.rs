@@ -111,13 +111,15 @@ impl Shape {
         shape
     }
 
-    /// A tube along `path` with the radius at each point, `sides` around, ends closed by
-    /// points. u runs around, v along by length in metres.
+    /// A tube along `path` with the radius at each point, `sides` around, its ends closed.
+    /// u runs around, v along by length in metres.
     pub fn tube(path: &[(Vec3, f32)], sides: usize) -> Self {
         let mut shape = Self::default();
+        let ends = [path[0].0, path[path.len() - 1].0].map(|end| (end, 0.0));
+        let path: Vec<(Vec3, f32)> = [&ends[..1], path, &ends[1..]].concat();
         let tangent = |k: usize| {
-            let (a, b) = (path[k.saturating_sub(1)].0, path[(k + 1).min(path.len() - 1)].0);
-            (b - a).normalize_or(Vec3::Y)
+            let k = k.clamp(1, path.len() - 2);
+            (path[k + 1].0 - path[k - 1].0).normalize_or(Vec3::Y)
         };
         let mut side = tangent(0).any_orthonormal_vector();
         let mut run = 0.0;
@@ -213,14 +215,6 @@ impl Shape {
     pub fn mapped(mut self, uv: impl Fn(&Corner) -> Vec2) -> Self {
         for c in &mut self.corners {
             c.uv = uv(c);
-        }
-        self
-    }
-
-    /// With a linear colour factor for every corner.
-    pub fn tinted(mut self, tint: impl Fn(&Corner) -> Vec3) -> Self {
-        for c in &mut self.corners {
-            c.tint = tint(c);
         }
         self
     }

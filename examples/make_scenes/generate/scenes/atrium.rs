@@ -5,7 +5,7 @@ use super::prelude::*;
 use std::f32::consts::PI;
 
 const BAY: f32 = 2.3;
-const BAYS: usize = 6;
+
 const SIDE: f32 = 2.6;
 const FIRST: f32 = -0.85;
 const SPRING: f32 = 2.9;

@@ -147,7 +147,7 @@ fn cans(stage: &mut Stage) {
         .collect();
     // Near cans have finer meshes, and labels lit where they stand.
     let sizes = [(HEIGHT, RADIUS), (0.046, 0.043)];
-    let near = sizes.map(|(h, r)| (body(h, r, 64, 8), stage.mesh(lid(h, r, 56, 22), tin)));
+    let near = sizes.map(|(h, r)| (body(h, r, 48, 6), stage.mesh(lid(h, r, 56, 22), tin)));
     let far_lids = sizes.map(|(h, r)| stage.mesh(lid(h, r, 32, 12), tin));
     let far_bodies: Vec<[usize; 2]> =
         labels.iter().map(|&label| sizes.map(|(h, r)| stage.mesh(body(h, r, 40, 3), label))).collect();
@@ -212,7 +212,7 @@ fn fruit(stage: &mut Stage) {
     let (orange, lemon) = (peel(0xe8801c, 0xd8561a, 4), peel(0xf6d434, 0xeebb2c, 9));
     let (orange, lemon) = (stage.jpeg(orange, 85), stage.jpeg(lemon, 85));
     let (orange, lemon) = (stage.matte("orange", orange, 0.45), stage.matte("lemon", lemon, 0.4));
-    let round = Shape::sphere(0.036, 28);
+    let round = Shape::sphere(0.036, 22);
     let long = Shape::lathe(
         &(0..=40)
             .map(|k| {
