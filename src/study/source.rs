@@ -19,11 +19,11 @@ pub const DEFAULT_SIZE: UVec2 = uvec2(1024, 768);
 /// the depth cameras and the phones that most such images come from.
 pub const DEFAULT_IMAGE_FOV_Y: f64 = 50.0 * std::f64::consts::PI / 180.0;
 
-/// Mean CoC diameter of [`default_lens`] over the image's height: 8 px at 768, plainly
+/// Mean CoC diameter of [`visibly_open`] over the image's height: 8 px at 768, plainly
 /// visible and inside the range over which the papers compare.
 const DEFAULT_MEAN_COC_PER_HEIGHT: f64 = 1.0 / 96.0;
 
-/// Greatest CoC diameter of [`default_lens`] over the image's height: 64 px at 768, so that
+/// Greatest CoC diameter of [`visibly_open`] over the image's height: 64 px at 768, so that
 /// one near leaf does not become the whole picture.
 const DEFAULT_MAX_COC_PER_HEIGHT: f64 = 1.0 / 12.0;
 
@@ -201,7 +201,7 @@ impl Source {
             Self::Scene(scene) => Some(GpuScene::new(gpu, scene, options)),
             Self::Image(_) => None,
         };
-        GpuSource { gpu: gpu.clone(), source: self.clone(), scene }
+        GpuSource { gpu: gpu.clone(), source: self.clone(), options, scene }
     }
 
     /// A lens to start from: [`default_lens`] at the author's focus distance.
@@ -215,6 +215,7 @@ impl Source {
 pub struct GpuSource {
     gpu: Gpu,
     source: Source,
+    options: SurfaceOptions,
     scene: Option<Arc<GpuScene>>,
 }
 
@@ -222,6 +223,11 @@ impl GpuSource {
     /// What was uploaded.
     pub fn source(&self) -> &Source {
         &self.source
+    }
+
+    /// How its surfaces are drawn.
+    pub fn options(&self) -> SurfaceOptions {
+        self.options
     }
 
     /// The GPU it is on.
@@ -269,17 +275,25 @@ fn shrunk<T: Copy>(image: &Image<T>, size: UVec2) -> Image<T> {
 }
 
 /// A lens to start from over the depths (metres) of a view: the preset `projection`,
-/// focused at `focus_hint_m` or else at the median depth of the middle third of the frame,
-/// with E such that the mean CoC diameter is 1/96 of the image's height (8 px at 768),
-/// or less where the greatest would exceed 1/12 of it. The focal length is halved until an
-/// image forms where the focus distance asks for that.
+/// focused at [`default_focus_m`], opened by [`visibly_open`]. Its focal length is
+/// shortened to half the focus distance where that is nearer than an image forms.
 pub fn default_lens(depth: &DepthImage, focus_hint_m: Option<f64>) -> Lens {
     let projection = presets::preset("projection").map_or(Lens::PINHOLE, |preset| preset.lens);
-    let median = || centre_depth_m(depth);
-    let focus_distance_m = focus_hint_m.or_else(median).unwrap_or(projection.focus_distance_m);
-    // A scene a few centimetres wide is nearer than twice an eye's focal length.
+    let focus_distance_m = default_focus_m(depth, focus_hint_m).unwrap_or(projection.focus_distance_m);
     let focal_length_mm = projection.focal_length_mm.min(0.5 * focus_distance_m * MM_PER_M);
-    let lens = Lens { focus_distance_m, focal_length_mm, ..projection };
+    visibly_open(Lens { focus_distance_m, focal_length_mm, ..projection }, depth)
+}
+
+/// Where to focus: at the author's hint, metres, or else at the median depth of the middle
+/// third of the frame; `None` where nothing is anywhere.
+pub fn default_focus_m(depth: &DepthImage, focus_hint_m: Option<f64>) -> Option<f64> {
+    focus_hint_m.or_else(|| centre_depth_m(depth))
+}
+
+/// `lens` with E such that the mean CoC diameter over `depth` is 1/96 of the image's height
+/// (8 px at 768), or less where the greatest would exceed 1/12 of it. Unchanged where
+/// nothing is out of focus.
+pub fn visibly_open(lens: Lens, depth: &DepthImage) -> Lens {
     let height_px = f64::from(depth.size.y);
     let depths = || depth.pixels.iter().copied();
     let Some(scaled) = lens.with_mean_coc(height_px * DEFAULT_MEAN_COC_PER_HEIGHT, depths()) else { return lens };
