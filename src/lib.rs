@@ -38,4 +38,5 @@ pub mod metrics;
 pub mod presets;
 pub mod raytrace;
 pub mod scene;
+pub mod study;
 pub mod view;

@@ -1,0 +1,238 @@
+//! Results as JSON: the shapes that scripts rely on. A value that does not exist is null,
+//! never 0 or infinity.
+
+use super::{Comparison, MethodResult, Rendered, Truth, compare};
+use crate::gpu::{Gpu, PassTime};
+use crate::lens::{CocStatistics, Lens};
+use crate::methods::Method;
+use crate::metrics::Metrics;
+use glam::UVec2;
+use serde::Serialize;
+use serde_json::{Map, Value};
+use std::collections::BTreeMap;
+
+/// A lens, with what follows from it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct LensJson {
+    /// E, mm.
+    #[serde(rename = "E")]
+    pub aperture_diameter_mm: f64,
+    /// F, mm.
+    #[serde(rename = "F")]
+    pub focal_length_mm: f64,
+    /// dr, mm.
+    #[serde(rename = "dr")]
+    pub image_distance_mm: f64,
+    /// ds, mm.
+    #[serde(rename = "ds")]
+    pub screen_distance_mm: f64,
+    /// DPI, px/mm.
+    #[serde(rename = "dpi")]
+    pub density_px_per_mm: f64,
+    /// df, metres; null at infinity.
+    pub focus_m: Option<f64>,
+    /// K, the CoC diameter at infinity, px.
+    #[serde(rename = "K_px")]
+    pub k_px: f64,
+    /// The aperture's shape, as the command line takes it.
+    pub aperture: String,
+}
+
+impl From<&Lens> for LensJson {
+    fn from(lens: &Lens) -> Self {
+        Self {
+            aperture_diameter_mm: lens.aperture_diameter_mm,
+            focal_length_mm: lens.focal_length_mm,
+            image_distance_mm: lens.image_distance_mm,
+            screen_distance_mm: lens.screen_distance_mm,
+            density_px_per_mm: lens.density_px_per_mm,
+            focus_m: Some(lens.focus_distance_m).filter(|m| m.is_finite()),
+            k_px: lens.k_px(),
+            aperture: lens.aperture.to_string(),
+        }
+    }
+}
+
+/// Where, of what and through which lens images were made.
+#[derive(Clone, Debug, Serialize)]
+pub struct Setting {
+    /// The adapter's name.
+    pub adapter: String,
+    /// Its back end, such as "Vulkan".
+    pub backend: String,
+    /// The scene's or image's name.
+    pub scene: String,
+    /// The camera's name.
+    pub camera: String,
+    /// Width and height, px.
+    pub size: [u32; 2],
+    /// The lens.
+    pub lens: LensJson,
+    /// The CoC over the pinhole image.
+    pub coc: Option<CocStatistics>,
+}
+
+impl Setting {
+    /// The setting of images of `size` px made on `gpu`.
+    pub fn new(gpu: &Gpu, scene: &str, camera: &str, size: UVec2, lens: &Lens, coc: Option<CocStatistics>) -> Self {
+        let adapter = gpu.adapter();
+        Self {
+            adapter: adapter.name.clone(),
+            backend: adapter.backend.clone(),
+            scene: scene.into(),
+            camera: camera.into(),
+            size: size.to_array(),
+            lens: lens.into(),
+            coc,
+        }
+    }
+}
+
+/// What was drawn.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct Drawn {
+    /// Triangles sent to the rasteriser.
+    pub triangles: u64,
+    /// Views of the scene.
+    pub views: u64,
+}
+
+/// One image.
+#[derive(Clone, Debug, Serialize)]
+pub struct RenderJson {
+    /// Where, of what, through which lens.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// The method's id.
+    pub method: String,
+    /// Its parameters.
+    pub params: Map<String, Value>,
+    /// GPU times of its passes, in order.
+    pub passes: Vec<PassTime>,
+    /// Their sum, ms.
+    pub gpu_ms: Option<f64>,
+    /// What was drawn.
+    pub drawn: Drawn,
+    /// What was not needed, by name, with how often.
+    pub skipped: BTreeMap<String, u64>,
+}
+
+impl RenderJson {
+    /// An image by a method.
+    pub fn new(setting: Setting, method: &dyn Method, rendered: &Rendered) -> Self {
+        Self {
+            setting,
+            method: method.about().id.into(),
+            params: compare::params_json(method),
+            passes: rendered.passes.clone(),
+            gpu_ms: rendered.gpu_ms(),
+            drawn: Drawn { triangles: rendered.stats.triangles, views: rendered.stats.views },
+            skipped: rendered.stats.skipped.clone(),
+        }
+    }
+}
+
+/// Methods against a reference.
+#[derive(Clone, Debug, Serialize)]
+pub struct CompareJson {
+    /// Where, of what, through which lens.
+    #[serde(flatten)]
+    pub setting: Setting,
+    /// The truth, where there is one.
+    pub reference: Option<ReferenceJson>,
+    /// What came of each method.
+    pub results: Vec<ResultJson>,
+    /// Methods left out, with the reason.
+    pub not_run: Vec<compare::NotRun>,
+}
+
+/// The truth.
+#[derive(Clone, Debug, Serialize)]
+pub struct ReferenceJson {
+    /// Its id.
+    pub method: &'static str,
+    /// Lens points.
+    pub samples: Option<u32>,
+    /// Estimated PSNR against a fully converged image, dB.
+    pub self_psnr_db: Option<f64>,
+}
+
+/// What came of one method.
+#[derive(Clone, Debug, Serialize)]
+pub struct ResultJson {
+    /// Its id.
+    pub method: &'static str,
+    /// Its parameters.
+    pub params: Map<String, Value>,
+    /// Differences from the truth.
+    #[serde(flatten)]
+    pub metrics: MetricsJson,
+    /// GPU times.
+    pub gpu_ms: Option<compare::RunTimes>,
+}
+
+/// Differences between two images; all null where there is nothing to compare with.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct MetricsJson {
+    /// Whether all pixels are equal.
+    pub identical: Option<bool>,
+    /// PSNR, dB.
+    pub psnr_db: Option<f64>,
+    /// PSNR, dB, over the defocused pixels only.
+    pub psnr_defocused_db: Option<f64>,
+    /// Mean structural similarity.
+    pub ssim: Option<f64>,
+    /// Mean FLIP.
+    pub flip: Option<f64>,
+    /// Relative mean squared error.
+    pub rel_mse: Option<f64>,
+    /// PSNR, dB, of the worst block.
+    pub worst_block_psnr_db: Option<f64>,
+    /// The worst block's first pixel.
+    pub worst_block: Option<[u32; 2]>,
+}
+
+impl From<&Metrics> for MetricsJson {
+    fn from(m: &Metrics) -> Self {
+        Self {
+            identical: Some(m.identical),
+            psnr_db: m.psnr_db,
+            psnr_defocused_db: m.psnr_defocused_db,
+            ssim: m.ssim,
+            flip: Some(m.flip),
+            rel_mse: Some(m.rel_mse),
+            worst_block_psnr_db: m.worst_block_psnr_db,
+            worst_block: m.worst_block.map(|p| p.to_array()),
+        }
+    }
+}
+
+impl From<&MethodResult> for ResultJson {
+    fn from(result: &MethodResult) -> Self {
+        Self {
+            method: result.method,
+            params: result.params.clone(),
+            metrics: result.metrics.as_ref().map(MetricsJson::from).unwrap_or_default(),
+            gpu_ms: result.gpu_ms,
+        }
+    }
+}
+
+impl CompareJson {
+    /// What came of a comparison.
+    pub fn new(
+        setting: Setting,
+        truth: Option<&Truth>,
+        comparison: &Comparison,
+        not_run: Vec<compare::NotRun>,
+    ) -> Self {
+        let reference =
+            |t: &Truth| ReferenceJson { method: t.method, samples: t.samples, self_psnr_db: t.self_psnr_db };
+        Self {
+            setting,
+            reference: truth.map(reference),
+            results: comparison.results.iter().map(ResultJson::from).collect(),
+            not_run,
+        }
+    }
+}
