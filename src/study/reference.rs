@@ -1,8 +1,9 @@
 //! The truth to compare with.
 
-use super::render::render;
+use super::render::{Rendered, render};
 use super::{GpuSource, Progress, Source, StudyError, step};
 use crate::display::Display;
+use crate::gpu::{Frame, FrameStats, Gpu, PassTime, download};
 use crate::image::ColorImage;
 use crate::lens::Lens;
 use crate::methods::{self, AccumulationRun, Method, UnknownMethod};
@@ -101,7 +102,10 @@ pub fn render_reference(
             return Ok(Truth { method: method.about().id, samples: None, color: image, self_psnr_db: None });
         }
         (_, Source::Image(_)) => return Err(StudyError::ImageHasNoReference { reference: method }),
-        (Reference::Accumulation, _) => accumulate(source, view, lens, request, progress)?,
+        (Reference::Accumulation, _) => {
+            let accumulated = accumulate(source.gpu(), view, lens, request, progress)?;
+            (accumulated.rendered.color, accumulated.halves)
+        }
         (Reference::RayTrace, Source::Scene(scene)) => {
             let camera = view.camera().copied().unwrap_or(scene.cameras[0].camera);
             let rays = Arc::new(RayScene::new(scene.clone(), &camera)?);
@@ -139,33 +143,61 @@ pub fn self_psnr_db(halves: &Halves, display: Display) -> Option<f64> {
 
 type Estimate = (ColorImage, Option<Halves>);
 
-fn accumulate(
-    source: &GpuSource,
+/// An accumulated image with its halves.
+pub struct Accumulated {
+    /// The image, its passes and counters.
+    pub rendered: Rendered,
+    /// Two independent estimates of it; `None` of a single view.
+    pub halves: Option<Halves>,
+}
+
+/// Accumulates the request's lens points step by step, so that it can be stopped.
+///
+/// # Errors
+///
+/// [`StudyError::Stopped`], a lens that forms no image, a view of an image.
+pub fn accumulate(
+    gpu: &Gpu,
     view: &mut View,
     lens: &Lens,
     request: &ReferenceRequest,
     progress: &mut Progress<'_>,
-) -> Result<Estimate, StudyError> {
-    let gpu = source.gpu();
+) -> Result<Accumulated, StudyError> {
     let failed = |source| StudyError::Method { method: "accumulation", source };
     lens.check().map_err(|e| failed(e.into()))?;
     let mut run = AccumulationRun::new(request.view_dependent);
+    let (mut passes, mut stats) = (Vec::new(), FrameStats::default());
     while run.count() < request.samples {
-        step(progress, "reference", run.count(), request.samples)?;
+        step(progress, "accumulation", run.count(), request.samples)?;
         let mut frame = gpu.frame();
+        frame.set_prefix("accumulation/");
         run.advance(&mut frame, view, lens, VIEWS_PER_STEP.min(request.samples - run.count())).map_err(failed)?;
         // Waiting keeps the count honest and the work that cannot be stopped any more short.
-        frame.finish().timings.wait();
+        add(frame, &mut passes, &mut stats);
     }
-    step(progress, "reference", run.count(), request.samples)?;
+    step(progress, "accumulation", run.count(), request.samples)?;
     let mut frame = gpu.frame();
+    frame.set_prefix("accumulation/");
     let mean = run.mean(&mut frame);
-    frame.finish();
+    add(frame, &mut passes, &mut stats);
     // The first half ends at the last power of two below the count.
-    let first = (request.samples.max(2) - 1).ilog2();
-    let counts = [1 << first, request.samples.saturating_sub(1 << first)];
+    let first = 1 << (request.samples.max(2) - 1).ilog2();
+    let counts = [first, request.samples.saturating_sub(first)];
     let halves = run.halves(gpu).map(|images| Halves { images, counts });
-    Ok((crate::gpu::download(gpu, &mean), halves))
+    Ok(Accumulated { rendered: Rendered { color: download(gpu, &mean), passes, stats }, halves })
+}
+
+/// Submits a frame, waits for it and adds up what it did.
+fn add(frame: Frame<'_>, passes: &mut Vec<PassTime>, stats: &mut FrameStats) {
+    let submitted = frame.finish();
+    passes.extend(submitted.timings.wait());
+    stats.triangles += submitted.stats.triangles;
+    stats.views += submitted.stats.views;
+    stats.passes += submitted.stats.passes;
+    stats.peak_texture_bytes = stats.peak_texture_bytes.max(submitted.stats.peak_texture_bytes);
+    for (what, times) in submitted.stats.skipped {
+        *stats.skipped.entry(what).or_default() += times;
+    }
 }
 
 fn trace(
@@ -182,7 +214,7 @@ fn trace(
         let options = RayOptions { lens_points, shading, view_dependent: request.view_dependent };
         let mut render = RayRender::new(rays.clone(), view.projection(), lens, &options)?;
         while !render.is_complete() {
-            step(progress, "reference", done + render.points_done(), request.samples)?;
+            step(progress, "raytrace", done + render.points_done(), request.samples)?;
             render.advance(1, &AtomicBool::new(false));
         }
         done += render.points_wanted();

@@ -4,7 +4,6 @@
 use super::{Comparison, MethodResult, Rendered, Truth, compare};
 use crate::gpu::{Gpu, PassTime};
 use crate::lens::{CocStatistics, Lens};
-use crate::methods::Method;
 use crate::metrics::Metrics;
 use glam::UVec2;
 use serde::Serialize;
@@ -118,12 +117,12 @@ pub struct RenderJson {
 }
 
 impl RenderJson {
-    /// An image by a method.
-    pub fn new(setting: Setting, method: &dyn Method, rendered: &Rendered) -> Self {
+    /// An image by the method of that id with those parameters.
+    pub fn new(setting: Setting, method: &str, params: Map<String, Value>, rendered: &Rendered) -> Self {
         Self {
             setting,
-            method: method.about().id.into(),
-            params: compare::params_json(method),
+            method: method.into(),
+            params,
             passes: rendered.passes.clone(),
             gpu_ms: rendered.gpu_ms(),
             drawn: Drawn { triangles: rendered.stats.triangles, views: rendered.stats.views },

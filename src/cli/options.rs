@@ -1,0 +1,245 @@
+//! Options that several commands share, and the texts they are parsed from.
+
+use clap::{Args, ValueEnum};
+use defocus::aperture::Aperture;
+use defocus::display::{Display, ToneMap};
+use glam::{UVec2, uvec2};
+use std::path::PathBuf;
+
+/// What to look at.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Scene")]
+pub struct SceneOptions {
+    /// A built-in name, a .glb or .gltf file, or an image with depth (.png, .jpg, .hdr, .exr)
+    pub scene: String,
+    /// Depth of the image, if it has no Z channel of its own: an EXR, or a PNG of 8 or 16 bits
+    #[arg(long, value_name = "FILE")]
+    pub depth: Option<PathBuf>,
+    /// What the depth's numbers mean
+    #[arg(long, value_name = "KIND", value_enum, default_value_t = DepthKindName::Metres)]
+    pub depth_kind: DepthKindName,
+    /// Depths in metres between which inverse and device numbers lie; FAR may be inf
+    #[arg(long, value_name = "NEAR,FAR", value_parser = parse_range, allow_hyphen_values = true)]
+    pub depth_range: Option<Range>,
+    /// Metres in a unit of the depth's numbers, such as 0.001 for millimetres [default: 1]
+    #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
+    pub depth_scale: Option<f64>,
+    /// The number that means "not measured"
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub depth_unknown: Option<f32>,
+}
+
+/// What a depth file's numbers mean.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum DepthKindName {
+    /// Distance along the optical axis, in units of --depth-scale
+    Metres,
+    /// Disparity between 1/FAR and 1/NEAR of --depth-range, greater is nearer
+    Inverse,
+    /// A depth buffer over --depth-range, 0 is near
+    Device,
+}
+
+/// The lens: the papers' symbols.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Lens", allow_negative_numbers = true)]
+pub struct LensOptions {
+    /// A preset to start from, as `defocus lenses` lists them
+    #[arg(long, value_name = "NAME")]
+    pub lens: Option<String>,
+    /// E: diameter of the aperture, mm; 0 is a pinhole [default: one that blurs visibly]
+    #[arg(short = 'E', value_name = "MM")]
+    pub aperture_diameter_mm: Option<f64>,
+    /// F: focal length, mm
+    #[arg(short = 'F', value_name = "MM")]
+    pub focal_length_mm: Option<f64>,
+    /// dr: distance from the lens to the image plane, mm
+    #[arg(long = "dr", value_name = "MM")]
+    pub image_distance_mm: Option<f64>,
+    /// ds: distance from the lens to the screen, mm
+    #[arg(long = "ds", value_name = "MM")]
+    pub screen_distance_mm: Option<f64>,
+    /// DPI: pixel density of the screen, px per mm
+    #[arg(long = "dpi", value_name = "PXPERMM")]
+    pub density_px_per_mm: Option<f64>,
+    /// df: focus distance, metres, or inf [default: the preset's, else the scene's own hint, else the
+    /// median depth of the middle of the frame]
+    #[arg(long, value_name = "M|inf", conflicts_with = "focus_at")]
+    pub focus: Option<f64>,
+    /// Focus on what is seen at a pixel
+    #[arg(long, value_name = "X,Y", value_parser = parse_pixel)]
+    pub focus_at: Option<UVec2>,
+    /// Scale E so that the mean CoC diameter over the image is this, px
+    #[arg(long, value_name = "PX", conflicts_with = "aperture_diameter_mm")]
+    pub mean_coc: Option<f64>,
+    /// Intensity over the aperture: disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE
+    #[arg(long, value_name = "SHAPE", value_parser = parse_aperture)]
+    pub aperture: Option<Aperture>,
+}
+
+/// The view.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "View")]
+pub struct ViewOptions {
+    /// The scene's camera, by number from 0 or by name
+    #[arg(long, value_name = "N|NAME", default_value = "0")]
+    pub camera: String,
+    /// Size of the image, px; an image with depth is shrunk to fit [default: 1024x768, or 768 high in the
+    /// camera's own aspect ratio]
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    pub size: Option<UVec2>,
+    /// Vertical field of view in degrees; camera: its own; display: what the eye at ds sees on the screen
+    #[arg(long, value_name = "camera|display|DEG", default_value = "camera", value_parser = parse_fov, allow_hyphen_values = true)]
+    pub fov: FieldOfView,
+    /// Margin drawn around the image for rays that leave it, px; auto: half the greatest CoC, at most 96
+    #[arg(long, value_name = "auto|PX", default_value = "auto", value_parser = parse_overscan)]
+    pub overscan: Overscan,
+    /// What surfaces show: lights and materials, or base colours only
+    #[arg(long, value_enum, default_value_t = ShadingName::Scene)]
+    pub shading: ShadingName,
+    /// Shade references from each point of the lens, so that reflections shift
+    #[arg(long)]
+    pub view_dependent: bool,
+    /// Set a parameter of a method (repeatable), as `defocus methods` lists them
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+}
+
+/// What surfaces show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ShadingName {
+    /// The scene's lights and materials
+    Scene,
+    /// Base colours only
+    Unlit,
+}
+
+/// How images are shown.
+#[derive(Clone, Copy, Debug, Args)]
+#[command(next_help_heading = "Display")]
+pub struct DisplayOptions {
+    /// Exposure before tone mapping, EV
+    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: f32,
+    /// Tone map: none, reinhard or agx
+    #[arg(long, value_name = "NAME", default_value = "none", value_parser = parse_tone_map)]
+    pub tonemap: ToneMap,
+}
+
+impl DisplayOptions {
+    /// The display.
+    pub fn display(&self) -> Display {
+        Display { exposure_ev: self.exposure, tone_map: self.tonemap }
+    }
+}
+
+/// Where it runs and what it says.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Run")]
+pub struct RunOptions {
+    /// The graphics adapter, by a part of its name [default: the fastest real one]
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    #[command(flatten)]
+    pub json: JsonOption,
+    /// No progress bar and no summary
+    #[arg(short, long)]
+    pub quiet: bool,
+}
+
+/// Machine-readable results.
+#[derive(Debug, Args)]
+pub struct JsonOption {
+    /// Write the result as JSON; - is standard output
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// References kept from one run to the next.
+#[derive(Debug, Args)]
+pub struct CacheOptions {
+    /// Folder in which references are kept [default: the user's cache folder]
+    #[arg(long, value_name = "DIR")]
+    pub cache: Option<PathBuf>,
+    /// Neither use nor keep references
+    #[arg(long, conflicts_with = "cache")]
+    pub no_cache: bool,
+}
+
+/// Two ends of a range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Range {
+    /// The nearer end, metres.
+    pub near_m: f64,
+    /// The farther end, metres.
+    pub far_m: f64,
+}
+
+/// Where the field of view comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum FieldOfView {
+    /// The camera.
+    Camera,
+    /// The screen and its distance.
+    Display,
+    /// The user: full and vertical, degrees.
+    Degrees(f64),
+}
+
+/// The margin around the image.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overscan {
+    /// As much as the greatest CoC asks for, capped.
+    Auto,
+    /// As given, px.
+    Pixels(u32),
+}
+
+fn pair<T: std::str::FromStr>(text: &str, separator: char) -> Option<[T; 2]> {
+    let (a, b) = text.split_once(separator)?;
+    Some([a.trim().parse().ok()?, b.trim().parse().ok()?])
+}
+
+fn parse_range(text: &str) -> Result<Range, String> {
+    let [near_m, far_m] = pair(text, ',').ok_or("give two distances in metres, such as 0.5,20")?;
+    Ok(Range { near_m, far_m })
+}
+
+fn parse_pixel(text: &str) -> Result<UVec2, String> {
+    let [x, y] = pair(text, ',').ok_or("give a pixel from the top left corner, such as 320,240")?;
+    Ok(uvec2(x, y))
+}
+
+fn parse_size(text: &str) -> Result<UVec2, String> {
+    let [x, y] = pair(text, 'x').ok_or("give width and height in pixels, such as 1024x768")?;
+    Ok(uvec2(x, y))
+}
+
+fn parse_fov(text: &str) -> Result<FieldOfView, String> {
+    match text {
+        "camera" => Ok(FieldOfView::Camera),
+        "display" => Ok(FieldOfView::Display),
+        _ => text.parse().map(FieldOfView::Degrees).map_err(|_| "give camera, display or degrees, such as 40".into()),
+    }
+}
+
+fn parse_overscan(text: &str) -> Result<Overscan, String> {
+    if text == "auto" {
+        return Ok(Overscan::Auto);
+    }
+    text.parse().map(Overscan::Pixels).map_err(|_| "give auto or a number of pixels, such as 32".into())
+}
+
+fn parse_aperture(text: &str) -> Result<Aperture, String> {
+    text.parse().map_err(|e: defocus::aperture::ApertureError| e.to_string())
+}
+
+fn parse_tone_map(text: &str) -> Result<ToneMap, String> {
+    text.parse().map_err(|e: defocus::display::UnknownToneMap| e.to_string())
+}
+
+/// Beyond 64 EV either way every finite colour is black or white.
+fn parse_exposure(text: &str) -> Result<f32, String> {
+    let ev: f32 = text.parse().map_err(|_| "give a number of stops, such as -1.5")?;
+    if ev.abs() <= 64.0 { Ok(ev) } else { Err("give a number of stops from -64 to 64".into()) }
+}

@@ -1,0 +1,77 @@
+//! What goes to files and to standard output, whole or not at all.
+
+use super::progress::check_interrupt;
+use anyhow::{Context, bail};
+use defocus::image_io::write_atomically;
+use serde::Serialize;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// Kind of an image file to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ImageKind {
+    /// Display-referred, 8 bits.
+    Png,
+    /// Linear, 32-bit float.
+    Exr,
+}
+
+impl ImageKind {
+    /// The kind that a file's name asks for.
+    pub fn of(file: &Path) -> anyhow::Result<Self> {
+        match file.extension().map(|e| e.to_string_lossy().to_lowercase()).as_deref() {
+            Some("png") => Ok(Self::Png),
+            Some("exr") => Ok(Self::Exr),
+            _ => bail!("{}: cannot write this kind of image; give a name that ends in .png or .exr", file.display()),
+        }
+    }
+}
+
+/// An error unless a file can be put where `file` says: found out before the work, not
+/// after it.
+pub fn check_folder_of(file: &Path) -> anyhow::Result<()> {
+    let folder = file.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    if !folder.is_dir() {
+        bail!("{}: there is no folder {}; make it first", file.display(), folder.display());
+    }
+    if file.is_dir() {
+        bail!("{}: is a folder; give the name of a file", file.display());
+    }
+    Ok(())
+}
+
+/// Whether results go to standard output, which then holds nothing else.
+pub fn is_stdout(json: Option<&PathBuf>) -> bool {
+    json.is_some_and(|file| file.as_os_str() == "-")
+}
+
+/// The checks of [`check_folder_of`] for a `--json` option.
+pub fn check_json(json: Option<&PathBuf>) -> anyhow::Result<()> {
+    json.filter(|_| !is_stdout(json)).map_or(Ok(()), |file| check_folder_of(file))
+}
+
+/// Writes JSON where `--json` says, if it was given.
+pub fn write_json(json: Option<&PathBuf>, value: &impl Serialize) -> anyhow::Result<()> {
+    let Some(file) = json else { return Ok(()) };
+    if is_stdout(Some(file)) {
+        return print_json(value);
+    }
+    check_interrupt()?;
+    let text = serde_json::to_string_pretty(value)?;
+    write_atomically(file, |out| writeln!(out, "{text}"))?;
+    Ok(())
+}
+
+/// Prints JSON on standard output.
+pub fn print_json(value: &impl Serialize) -> anyhow::Result<()> {
+    print(&serde_json::to_string_pretty(value)?)
+}
+
+/// Prints text and a line's end on standard output; that nobody reads it any more
+/// (`defocus methods | head`) is no error.
+pub fn print(text: &str) -> anyhow::Result<()> {
+    match writeln!(std::io::stdout().lock(), "{text}") {
+        Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("cannot write to standard output"),
+        _ => Ok(()),
+    }
+}

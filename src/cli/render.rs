@@ -1,0 +1,126 @@
+//! `defocus render`: one image by one method.
+
+use super::args::RenderArgs;
+use super::output::{ImageKind, check_folder_of, check_json, is_stdout, print, write_json};
+use super::progress::{Bar, catch_interrupts, check_interrupt};
+use super::select;
+use super::setup::{Setup, SetupOptions};
+use anyhow::ensure;
+use defocus::image::ColorImage;
+use defocus::image_io::{write_exr, write_png_rgb};
+use defocus::methods::{self, Method, set_param};
+use defocus::study::compare::params_json;
+use defocus::study::reference::{Reference, ReferenceRequest, accumulate, render_reference};
+use defocus::study::results::RenderJson;
+use defocus::study::{self, Rendered};
+use std::path::Path;
+
+/// Lens points of a traced image where nothing is said.
+const DEFAULT_TRACED_SAMPLES: u32 = 1024;
+
+/// Runs the command.
+pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
+    catch_interrupts()?;
+    let kind = args.output.as_deref().map(ImageKind::of).transpose()?;
+    args.output.as_deref().map_or(Ok(()), check_folder_of)?;
+    check_json(args.run.json.json.as_ref())?;
+    let method = if args.method == "raytrace" { None } else { Some(chosen(args)?) };
+    ensure!(
+        method.is_some() || args.view.settings.is_empty(),
+        "raytrace has no parameters to --set; it takes --samples and --view-dependent"
+    );
+
+    let mut setup = Setup::new(&SetupOptions {
+        scene: &args.scene,
+        lens: &args.lens,
+        view: &args.view,
+        adapter: args.run.adapter.as_deref(),
+        mipmaps: true,
+    })?;
+    let bar = Bar::new(args.run.quiet);
+    let (params, rendered) = match &method {
+        Some(method) => (params_json(method.as_ref()), by_method(args, &mut setup, method.as_ref(), &bar)?),
+        None => traced(args, &mut setup, &bar)?,
+    };
+    drop(bar);
+
+    let json = RenderJson::new(setup.setting(), &args.method, params, &rendered);
+    check_interrupt()?;
+    if let (Some(kind), Some(file)) = (kind, &args.output) {
+        write(kind, file, &rendered.color, &mut setup, args)?;
+    }
+    write_json(args.run.json.json.as_ref(), &json)?;
+    if !args.run.quiet && !is_stdout(args.run.json.json.as_ref()) {
+        print(&summary(&json))?;
+    }
+    Ok(())
+}
+
+/// The method with its parameters set.
+fn chosen(args: &RenderArgs) -> anyhow::Result<Box<dyn Method>> {
+    let mut chosen = [methods::by_id(&args.method)?];
+    select::apply(&args.view.settings, &mut chosen)?;
+    let [mut method] = chosen;
+    if let Some(samples) = args.samples {
+        ensure!(
+            select::has_param(method.as_ref(), "samples"),
+            "{} has no lens points to count; leave out --samples",
+            args.method
+        );
+        set_param(method.as_mut(), "samples", &samples.to_string())?;
+    }
+    if args.view.view_dependent && select::has_param(method.as_ref(), "view_dependent") {
+        set_param(method.as_mut(), "view_dependent", "on")?;
+    }
+    Ok(method)
+}
+
+fn by_method(args: &RenderArgs, setup: &mut Setup, method: &dyn Method, bar: &Bar) -> anyhow::Result<Rendered> {
+    let gpu = setup.gpu();
+    if method.about().id != "accumulation" || !setup.view.is_scene() || setup.lens.aperture_diameter_mm == 0.0 {
+        return Ok(study::render(&gpu, &mut setup.view, &setup.lens, method)?);
+    }
+    // Step by step, since it may take minutes and must be possible to interrupt.
+    let params = params_json(method);
+    let samples = params.get("samples").and_then(|v| v.as_u64()).unwrap_or_default() as u32;
+    let view_dependent = params.get("view_dependent").and_then(|v| v.as_bool()).unwrap_or_default();
+    let display = args.display.display();
+    let request = ReferenceRequest { reference: Reference::Accumulation, samples, view_dependent, display };
+    Ok(accumulate(&gpu, &mut setup.view, &setup.lens, &request, &mut |step| bar.step(step))?.rendered)
+}
+
+type Traced = (serde_json::Map<String, serde_json::Value>, Rendered);
+
+fn traced(args: &RenderArgs, setup: &mut Setup, bar: &Bar) -> anyhow::Result<Traced> {
+    let samples = args.samples.unwrap_or(DEFAULT_TRACED_SAMPLES);
+    let view_dependent = args.view.view_dependent;
+    let display = args.display.display();
+    let request = ReferenceRequest { reference: Reference::RayTrace, samples, view_dependent, display };
+    let (source, view) = (&setup.source, &mut setup.view);
+    let truth = render_reference(source, view, &setup.lens, &request, &mut |step| bar.step(step))?;
+    let params = [("samples".to_owned(), samples.into()), ("view_dependent".to_owned(), view_dependent.into())];
+    let rendered = Rendered { color: truth.color, passes: Vec::new(), stats: Default::default() };
+    Ok((params.into_iter().collect(), rendered))
+}
+
+fn write(kind: ImageKind, file: &Path, color: &ColorImage, setup: &mut Setup, args: &RenderArgs) -> anyhow::Result<()> {
+    match kind {
+        ImageKind::Png => write_png_rgb(file, &study::report::shown(color, args.display.display()))?,
+        ImageKind::Exr => {
+            let depth = setup.depth_m();
+            let coc = setup.lens.coc();
+            let coc_px = depth.map(|d| coc.at_depth(f64::from(d)) as f32);
+            write_exr(file, color, Some(&depth), Some(&coc_px))?;
+        }
+    }
+    Ok(())
+}
+
+fn summary(json: &RenderJson) -> String {
+    let setting = &json.setting;
+    let [width, height] = setting.size;
+    let coc = setting.coc.map_or(String::new(), |coc| format!(", mean CoC {:.2} px", coc.mean_px));
+    let time = json.gpu_ms.map_or(String::new(), |ms| format!(", {ms:.2} ms on {}", setting.adapter));
+    let focus = setting.lens.focus_m.map_or("infinity".into(), |m| format!("{m:.3} m"));
+    format!("{}: {}, {width}x{height} px, focus {focus}{coc}{time}", setting.scene, json.method)
+}

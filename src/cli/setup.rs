@@ -1,0 +1,196 @@
+//! From options to a view and a lens.
+
+use super::options::{DepthKindName, FieldOfView, LensOptions, Overscan, SceneOptions, ShadingName, ViewOptions};
+use anyhow::{Context, ensure};
+use defocus::gpu::Gpu;
+use defocus::image::DepthImage;
+use defocus::lens::{Lens, MM_PER_M};
+use defocus::presets;
+use defocus::scene::rgbd::{DepthEncoding, DepthKind};
+use defocus::study::results::Setting;
+use defocus::study::source::{default_focus_m, visibly_open};
+use defocus::study::{DepthArgs, GpuSource, Source};
+use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use glam::UVec2;
+
+/// All that images are made with.
+pub struct Setup {
+    /// The source on the GPU.
+    pub source: GpuSource,
+    /// The camera's name.
+    pub camera: String,
+    /// The view, its overscan set.
+    pub view: View,
+    /// The lens, checked.
+    pub lens: Lens,
+}
+
+/// What makes a setup.
+pub struct SetupOptions<'a> {
+    pub scene: &'a SceneOptions,
+    pub lens: &'a LensOptions,
+    pub view: &'a ViewOptions,
+    pub adapter: Option<&'a str>,
+    /// Whether textures are mipmapped.
+    pub mipmaps: bool,
+}
+
+impl Setup {
+    /// Checks the options, cheapest first, opens source and adapter, and sets the lens.
+    pub fn new(options: &SetupOptions<'_>) -> anyhow::Result<Self> {
+        let depth_args = depth_args(options.scene)?;
+        let parts = lens_parts(options.lens)?;
+        check_fov(options.view.fov)?;
+        let source = Source::open(&options.scene.scene, &depth_args)?;
+        let camera = source.camera_index(&options.view.camera)?;
+        check_overscan(options.view.overscan, &source)?;
+
+        let gpu = Gpu::open(options.adapter)?;
+        let surfaces = SurfaceOptions { unlit: options.view.shading == ShadingName::Unlit, mipmaps: options.mipmaps };
+        let uploaded = source.upload(&gpu, surfaces);
+        let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));
+        let mut view = uploaded.view(camera, size, 0, fov_y(options.view.fov, &parts, size))?;
+        let depth = view.depth_m(&gpu);
+        let lens = focused_and_open(options.lens, parts, &depth, source.focus_hint_m())?;
+        let overscan = match options.view.overscan {
+            Overscan::Auto => auto_overscan_px(&lens, &depth),
+            Overscan::Pixels(px) => px,
+        };
+        if source.is_scene() {
+            view.set_size(&gpu, size, overscan)?;
+        }
+        let camera = source.cameras()[camera].to_owned();
+        Ok(Self { source: uploaded, camera, view, lens })
+    }
+
+    /// The GPU.
+    pub fn gpu(&self) -> Gpu {
+        self.source.gpu().clone()
+    }
+
+    /// The depth of the inner frame, metres.
+    pub fn depth_m(&mut self) -> std::sync::Arc<DepthImage> {
+        self.view.depth_m(&self.gpu())
+    }
+
+    /// What goes to the head of every result.
+    pub fn setting(&mut self) -> Setting {
+        let depth = self.depth_m();
+        let coc = self.lens.coc_statistics(depth.pixels.iter().copied());
+        let name = self.source.source().name();
+        Setting::new(self.source.gpu(), name, &self.camera, self.view.size(), &self.lens, coc)
+    }
+}
+
+fn depth_args(options: &SceneOptions) -> anyhow::Result<DepthArgs> {
+    let range = || {
+        options.depth_range.context(
+            "--depth-kind inverse and device need the depths that they lie between: give --depth-range NEAR,FAR",
+        )
+    };
+    let kind = match options.depth_kind {
+        DepthKindName::Metres => {
+            ensure!(
+                options.depth_range.is_none(),
+                "--depth-range goes with --depth-kind inverse or device; metres take --depth-scale METRES"
+            );
+            DepthKind::Metres { per_unit: options.depth_scale.unwrap_or(1.0) }
+        }
+        DepthKindName::Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
+        DepthKindName::Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
+    };
+    ensure!(
+        options.depth_scale.is_none() || options.depth_kind == DepthKindName::Metres,
+        "--depth-scale goes with --depth-kind metres; inverse and device take --depth-range NEAR,FAR"
+    );
+    let encoding = DepthEncoding { kind, unknown: options.depth_unknown };
+    encoding.check()?;
+    Ok(DepthArgs { file: options.depth.clone(), encoding })
+}
+
+/// The lens without focus and, unless given, with a closed aperture; all other parts checked.
+fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
+    let preset = presets::preset(options.lens.as_deref().unwrap_or("projection"))?.lens;
+    let given_diameter_mm = options.aperture_diameter_mm.or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
+    let lens = Lens {
+        aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0),
+        focal_length_mm: options.focal_length_mm.unwrap_or(preset.focal_length_mm),
+        image_distance_mm: options.image_distance_mm.unwrap_or(preset.image_distance_mm),
+        screen_distance_mm: options.screen_distance_mm.unwrap_or(preset.screen_distance_mm),
+        density_px_per_mm: options.density_px_per_mm.unwrap_or(preset.density_px_per_mm),
+        focus_distance_m: options.focus.unwrap_or(preset.focus_distance_m),
+        aperture: options.aperture.clone().unwrap_or(preset.aperture),
+    };
+    let unfocused = options.focus.is_none();
+    Lens { focus_distance_m: if unfocused { f64::INFINITY } else { lens.focus_distance_m }, ..lens.clone() }.check()?;
+    if let Some(px) = options.mean_coc {
+        ensure!(px.is_finite() && px >= 0.0, "--mean-coc is {px} px; give a finite number of 0 or more");
+    }
+    Ok(lens)
+}
+
+fn focused_and_open(
+    options: &LensOptions,
+    parts: Lens,
+    depth: &DepthImage,
+    focus_hint_m: Option<f64>,
+) -> anyhow::Result<Lens> {
+    let mut lens = parts;
+    if let Some(at) = options.focus_at {
+        lens.focus_distance_m = depth_under(depth, at)?;
+    } else if options.focus.is_none() && options.lens.is_none() {
+        lens.focus_distance_m = default_focus_m(depth, focus_hint_m).unwrap_or(lens.focus_distance_m);
+        if options.focal_length_mm.is_none() {
+            // A scene a few centimetres wide is nearer than an eye's focal length.
+            lens.focal_length_mm = lens.focal_length_mm.min(0.5 * lens.focus_distance_m * MM_PER_M);
+        }
+    }
+    if let Some(px) = options.mean_coc {
+        lens = lens.with_mean_coc(px, depth.pixels.iter().copied()).context(
+            "--mean-coc: all of the image lies at the focus distance, so that no aperture blurs it; choose another --focus",
+        )?;
+    } else if options.aperture_diameter_mm.is_none() && options.lens.is_none() {
+        lens = visibly_open(lens, depth);
+    }
+    lens.check()?;
+    Ok(lens)
+}
+
+fn depth_under(depth: &DepthImage, at: UVec2) -> anyhow::Result<f64> {
+    ensure!(
+        at.cmplt(depth.size).all(),
+        "--focus-at {},{} lies outside the image of {}x{} px; count from 0 at the top left",
+        at.x,
+        at.y,
+        depth.size.x,
+        depth.size.y
+    );
+    Ok(f64::from(depth.at(at.x, at.y)))
+}
+
+fn check_fov(fov: FieldOfView) -> anyhow::Result<()> {
+    if let FieldOfView::Degrees(degrees) = fov {
+        ensure!(degrees > 0.0 && degrees < 180.0, "--fov is {degrees} degrees; give more than 0 and less than 180");
+    }
+    Ok(())
+}
+
+fn check_overscan(overscan: Overscan, source: &Source) -> anyhow::Result<()> {
+    ensure!(
+        source.is_scene() || matches!(overscan, Overscan::Auto | Overscan::Pixels(0)),
+        "an image with depth ends at its border and has no overscan; leave out --overscan or set it to 0"
+    );
+    Ok(())
+}
+
+/// The full vertical field of view, radians, that replaces the camera's.
+fn fov_y(fov: FieldOfView, lens: &Lens, size: UVec2) -> Option<f64> {
+    match fov {
+        FieldOfView::Camera => None,
+        FieldOfView::Degrees(degrees) => Some(degrees.to_radians()),
+        FieldOfView::Display => {
+            let tan_half_x = (0.5 * lens.display_fov_x(size.x)).tan();
+            Some(2.0 * (tan_half_x * f64::from(size.y) / f64::from(size.x)).atan())
+        }
+    }
+}
