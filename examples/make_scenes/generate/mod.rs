@@ -7,16 +7,16 @@ pub mod nature;
 mod noise;
 pub mod patterns;
 mod scenes;
-mod shape;
+pub mod shape;
 pub mod stage;
 
 /// Names of the scenes that are files of the repository. "forest" is not: only a picture of
 /// it is.
 pub const NAMES: [&str; 7] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail"];
 
-/// The scene called `name` with its light baked in; `None` if there is none.
-pub fn stage(name: &str) -> Option<stage::Stage> {
-    let mut stage = match name {
+/// The scene called `name`, its vertex colours still white; `None` if there is none.
+pub fn unlit(name: &str) -> Option<stage::Stage> {
+    Some(match name {
         "cans" => scenes::cans::stage(),
         "branches" => scenes::branches::stage(),
         "highlights" => scenes::highlights::stage(),
@@ -26,7 +26,5 @@ pub fn stage(name: &str) -> Option<stage::Stage> {
         "atrium" => scenes::atrium::stage(),
         "forest" => scenes::forest::stage(),
         _ => return None,
-    };
-    bake::bake(&mut stage);
-    Some(stage)
+    })
 }

@@ -55,7 +55,6 @@ fn rail(stage: &mut Stage) {
     let post = stage.mesh(baluster(24), paint);
     let far = stage.mesh(baluster(16), paint);
     let scale = Mat4::from_scale(vec3(0.72, 1.19, 0.72));
-    let mut z = -0.9;
     stage.node(far, at(-0.30, 0.155, -6.02) * scale);
     for k in 0..104 {
         let z = 0.05 - 0.145 * k as f32;
@@ -64,10 +63,13 @@ fn rail(stage: &mut Stage) {
         }
     }
     // Newels with finials.
+    let newel = Shape::cuboid(vec3(0.0, 0.5, 0.0), vec3(0.10, 1.0, 0.10), 0.1).mapped(|c| vec2(c.uv.y, c.uv.x));
+    let newel = stage.mesh(newel, wood);
+    let finial = stage.mesh(Shape::sphere(0.058, 24).mapped(|c| c.uv * 0.4), wood);
+    let mut z = -0.9;
     while z > END {
-        let newel = Shape::cuboid(vec3(-0.30, 0.5, z), vec3(0.10, 1.0, 0.10), 0.05).mapped(|c| vec2(c.uv.y, c.uv.x));
-        stage.place(newel, wood);
-        stage.place(Shape::sphere(0.058, 24).moved(at(-0.30, 1.085, z)).mapped(|c| c.uv * 0.4), wood);
+        stage.node(newel, at(-0.30, 0.0, z));
+        stage.node(finial, at(-0.30, 1.085, z));
         z -= 0.145 * 12.0;
     }
 }
