@@ -32,7 +32,7 @@ fn scaled_uv(shape: Shape, u: f32, v: f32) -> Shape {
 }
 
 fn capital() -> Shape {
-    let ring = [(0.185, 2.385), (0.2, 2.395), (0.2, 2.41), (0.178, 2.42)];
+    let ring = [(0.185, 2.385), (0.2, 2.395), (0.2, 2.41)];
     let bell = [(0.178, 2.42), (0.182, 2.55), (0.2, 2.66), (0.235, 2.75), (0.26, 2.79)];
     let profile: Vec<Vec2> = ring.into_iter().chain(bell).map(|(r, y)| vec2(r, y)).collect();
     let mut shape = scaled_uv(Shape::lathe(&profile, 48), 1.4, 0.4);
