@@ -77,6 +77,9 @@ pub fn scenes(json: bool) -> anyhow::Result<()> {
         for scene in builtin::all() {
             table.add_row([scene.name, scene.about]);
         }
+        for picture in builtin::pictures() {
+            table.add_row([picture.name, picture.about]);
+        }
         return print(&table.to_string());
     }
     let mut all = Vec::new();
@@ -89,6 +92,10 @@ pub fn scenes(json: bool) -> anyhow::Result<()> {
             cameras: scene.cameras.iter().map(|c| c.name.clone()).collect(),
             focus_hint_m: scene.focus_hint_m,
         });
+    }
+    for picture in builtin::pictures() {
+        let (cameras, focus_hint_m) = (vec!["picture".to_owned()], None);
+        all.push(SceneJson { name: picture.name, about: picture.about, triangles: 0, cameras, focus_hint_m });
     }
     print_json(&all)
 }

@@ -102,6 +102,9 @@ impl Source {
         if is_scene && depth.file.is_some() {
             return Err(SourceError::DepthOfScene { spec: spec.into() });
         }
+        if let Some(picture) = builtin::pictures().iter().find(|p| p.name == spec) {
+            return Ok(Self::Image(Arc::new(picture.load())));
+        }
         match (builtin, extension.as_str()) {
             (Some(builtin), _) => Ok(Self::Scene(Arc::new(builtin.load()?))),
             (None, "glb" | "gltf") => Ok(Self::Scene(Arc::new(gltf::load(path)?))),
@@ -110,7 +113,8 @@ impl Source {
                 Ok(Self::Image(Arc::new(image)))
             }
             _ => {
-                let known = builtin::all().iter().map(|b| b.name).collect::<Vec<_>>().join(", ");
+                let names = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
+                let known = names.collect::<Vec<_>>().join(", ");
                 Err(SourceError::Unknown { spec: spec.into(), known })
             }
         }
