@@ -181,7 +181,7 @@ fn a_pixel_that_is_not_a_number_is_reported_and_does_not_spread() {
         color.pixels[1000 + 7 * i] = vec3(0.5, bad, 0.5);
         depth.pixels[3000 + 7 * i] = [f32::NAN, -1.0, 0.0][i];
     }
-    assert_eq!(View::of_image(gpu(), &color, &depth, 0.8).unwrap().repaired_pixels(), 6);
+    assert_eq!(View::of_image(gpu(), &color, &depth, 0.8).unwrap().repaired_pixels(gpu()), 6);
     for method in image_methods() {
         assert_all_finite(&render(&*method, &color, &depth, &lens(12.0)), method.about().id);
     }

@@ -64,7 +64,9 @@ impl Texture {
     }
 
     fn new(texture: wgpu::Texture, key: TextureKey, pool: Weak<Pool>) -> Self {
-        let whole = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let depth = key.format.has_depth_aspect();
+        let aspect = if depth { wgpu::TextureAspect::DepthOnly } else { wgpu::TextureAspect::All };
+        let whole = texture.create_view(&wgpu::TextureViewDescriptor { aspect, ..Default::default() });
         Self(Arc::new(Pooled { texture, key, whole, levels: OnceLock::new(), pool }))
     }
 

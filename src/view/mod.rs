@@ -5,10 +5,12 @@
 //! pinhole image. An image with a depth map is a view too: it answers [`View::pinhole`]
 //! and says clearly that it cannot answer the rest.
 
+mod import;
 mod pipelines;
 mod raster;
 mod upload;
 
+pub use import::{DepthConvention, ForeignFrame};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
@@ -74,6 +76,9 @@ pub enum ViewError {
         /// Greatest side, px.
         limit: u32,
     },
+    /// Textures of another program that do not make a frame.
+    #[error("the frame that was handed over cannot be used: {0}")]
+    Foreign(&'static str),
     /// A lens that forms no image.
     #[error(transparent)]
     Lens(#[from] crate::lens::LensError),
@@ -105,7 +110,13 @@ pub struct View {
     pinhole: Option<Layer>,
     z_bounds: Option<[f32; 2]>,
     depth_m: Option<Arc<DepthImage>>,
-    repaired_pixels: usize,
+    repaired: Repaired,
+}
+
+/// Where the number of replaced pixels is known.
+enum Repaired {
+    Counted(usize),
+    OnGpu(wgpu::Buffer),
 }
 
 impl View {
@@ -136,7 +147,7 @@ impl View {
             color: crate::gpu::upload(gpu, "image", &color),
             depth: crate::gpu::upload_scalar(gpu, "stored depth", &stored),
         };
-        Ok(Self { repaired_pixels, ..Self::of_layer(layer, near_m, fov_y) })
+        Ok(Self { repaired: Repaired::Counted(repaired_pixels), ..Self::of_layer(layer, near_m, fov_y) })
     }
 
     /// A view of textures that already hold a pinhole image and stored depth near / d.
@@ -147,12 +158,16 @@ impl View {
     }
 
     fn new(source: Source, projection: Projection) -> Self {
-        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None, repaired_pixels: 0 }
+        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None, repaired: Repaired::Counted(0) }
     }
 
-    /// Pixels of the image whose colour or depth was not a number and was replaced.
-    pub fn repaired_pixels(&self) -> usize {
-        self.repaired_pixels
+    /// Pixels of the image whose colour or depth was not a number and was replaced. Waits
+    /// for the GPU if it did the counting.
+    pub fn repaired_pixels(&self, gpu: &Gpu) -> usize {
+        match &self.repaired {
+            Repaired::Counted(count) => *count,
+            Repaired::OnGpu(buffer) => gpu.frame().read_buffer::<u32>(buffer).first().map_or(0, |n| *n as usize),
+        }
     }
 
     /// Moves the camera, forgetting what was drawn if that changes anything. A view of an

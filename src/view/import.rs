@@ -1,0 +1,104 @@
+//! Pinhole images that another program has drawn, on its own device.
+
+use super::{Layer, Repaired, View, ViewError};
+use crate::gpu::{Frame, Shader, Texture};
+use crate::{shader, uniform};
+
+const SHADER: Shader = shader!("import");
+
+/// What the values of a depth buffer mean: how they follow from the depth d along the
+/// optical axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum DepthConvention {
+    /// `near / d`: 1 at the near plane, 0 at infinity.
+    ReversedInfinite,
+    /// 1 at the near plane, 0 at the far plane.
+    Reversed {
+        /// Distance of the far plane, metres.
+        far_m: f64,
+    },
+    /// `1 - near / d`: 0 at the near plane, 1 at infinity.
+    ConventionalInfinite,
+    /// 0 at the near plane, 1 at the far plane (Vulkan, Direct3D and Metal; WebGPU too).
+    Conventional {
+        /// Distance of the far plane, metres.
+        far_m: f64,
+    },
+}
+
+impl DepthConvention {
+    /// Offset and scale with which `offset + scale * value` is the stored depth near / d.
+    pub fn stored_from_value(self, near_m: f64) -> (f64, f64) {
+        match self {
+            Self::ReversedInfinite => (0.0, 1.0),
+            Self::ConventionalInfinite => (1.0, -1.0),
+            Self::Reversed { far_m } => (near_m / far_m, 1.0 - near_m / far_m),
+            Self::Conventional { far_m } => (1.0, near_m / far_m - 1.0),
+        }
+    }
+}
+
+/// A frame that another program has drawn through a pinhole.
+#[derive(Clone, Copy, Debug)]
+pub struct ForeignFrame<'a> {
+    /// Linear colour: any float, unorm or sRGB format that can be sampled, usable as
+    /// `TEXTURE_BINDING`.
+    pub color: &'a wgpu::Texture,
+    /// Depth: a depth format or R32Float, usable as `TEXTURE_BINDING`, of the same size.
+    pub depth: &'a wgpu::Texture,
+    /// What its values mean.
+    pub convention: DepthConvention,
+    /// Distance of the near plane, metres.
+    pub near_m: f64,
+    /// Full vertical field of view, radians.
+    pub fov_y: f64,
+}
+
+uniform! {
+    struct Import {
+        offset: f32,
+        scale: f32,
+    }
+}
+
+impl View {
+    /// A view of a frame that another program has drawn with the same device.
+    ///
+    /// Pixels that are not numbers do not spread: such a colour becomes black, such a depth
+    /// infinite, and [`View::repaired_pixels`] counts them.
+    ///
+    /// # Errors
+    ///
+    /// Textures of different sizes, a size that the adapter cannot handle, a near plane
+    /// that is not positive.
+    pub fn of_foreign(frame: &mut Frame<'_>, foreign: &ForeignFrame<'_>) -> Result<Self, ViewError> {
+        let [color, depth] = [foreign.color, foreign.depth].map(|t| Texture::external(t.clone()));
+        if color.size() != depth.size() {
+            return Err(ViewError::Foreign("colour and depth differ in size: hand over textures of one size"));
+        }
+        if !(foreign.near_m > 0.0 && foreign.near_m.is_finite()) {
+            return Err(ViewError::Foreign("the near plane must lie at a positive distance"));
+        }
+        super::check_size(frame.gpu(), color.size(), 0)?;
+        let (offset, scale) = foreign.convention.stored_from_value(foreign.near_m);
+        let import = Import { offset: offset as f32, scale: scale as f32 };
+        let layer = Layer {
+            color: frame.texture("imported colour", color.size(), wgpu::TextureFormat::Rgba16Float),
+            depth: frame.texture("imported depth", color.size(), wgpu::TextureFormat::R32Float),
+        };
+        let repaired = frame.gpu().buffer("repaired pixels", 4);
+        let pass = if depth.format().is_depth_stencil_format() {
+            frame.pass(&SHADER, "import_depth_buffer").texture("depth_buffer", &depth)
+        } else {
+            frame.pass(&SHADER, "import_plane").texture("depth", &depth)
+        };
+        pass.uniform("import_", &import)
+            .texture("color", &color)
+            .texture("color_out", &layer.color)
+            .texture("depth_out", &layer.depth)
+            .buffer("repaired", &repaired)
+            .dispatch(color.size());
+        let view = Self::of_layer(layer, foreign.near_m, foreign.fov_y);
+        Ok(Self { repaired: Repaired::OnGpu(repaired), ..view })
+    }
+}
