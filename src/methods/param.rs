@@ -139,7 +139,10 @@ impl<'a> Param<'a> {
     /// The value for JSON.
     pub fn json(&self) -> serde_json::Value {
         match &self.value {
-            Value::Float { value, .. } => serde_json::json!(**value),
+            // By way of text: as f64, 0.1 would become 0.10000000149011612.
+            Value::Float { value, .. } => {
+                serde_json::json!(value.to_string().parse::<f64>().unwrap_or(f64::from(**value)))
+            }
             Value::Int { value, .. } => serde_json::json!(**value),
             Value::Switch(value) => serde_json::json!(**value),
             Value::Choice { value, names } => serde_json::json!(names[**value]),
