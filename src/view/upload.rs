@@ -150,7 +150,7 @@ fn materials(gpu: &Gpu, pipelines: &Pipelines, scene: &Scene, options: SurfaceOp
         srgb: false,
         wrap: [Wrap::Repeat; 2],
     };
-    let white_view = texture(gpu, &white, &[white.rgba8.clone()]);
+    let white_view = texture(gpu, &white, std::slice::from_ref(&white.rgba8));
     let bind = |material: &Material| {
         let uses = texture_uses(material);
         let view = |slot: usize| uses[slot].map_or(&white_view, |u| &textures[u.texture]);
