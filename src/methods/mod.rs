@@ -5,11 +5,13 @@
 //! the benchmarks find it by iterating.
 
 mod accumulation;
+mod linear;
 mod mipmap;
 mod param;
 mod pinhole;
 
 pub use accumulation::{Accumulation, AccumulationRun};
+pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
@@ -20,7 +22,7 @@ use crate::view::{View, ViewError};
 
 /// All methods with their default parameters, in the order in which they are listed.
 pub fn all() -> Vec<Box<dyn Method>> {
-    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default())]
+    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default()), Box::new(Linear::default())]
 }
 
 /// What a method is.
