@@ -113,10 +113,11 @@ fn thinning(radius: f32) -> f32 {
 }
 
 fn weight(centre: Tap, tap: Tap, distance: f32) -> f32 {
-    var w = reach(tap.radius, distance) / thinning(tap.radius);
+    var shared_reach = reach(tap.radius, distance);
     if params.neighbours == 0u {
-        w *= reach(centre.radius, distance);
+        shared_reach = min(shared_reach, reach(centre.radius, distance));
     }
+    var w = shared_reach / thinning(tap.radius);
     // z = near / d: greater is nearer.
     if tap.z > centre.z {
         w *= saturate(tap.diameter - params.sharp_coc);

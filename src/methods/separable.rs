@@ -75,6 +75,10 @@ impl Method for Separable {
             apertures: Apertures::Round,
             needs_scene: false,
             conserves_energy: false,
+            averages: true,
+            samples_lens: false,
+            // A square of side C has C / sqrt(12) where the disc has C / 4.
+            width_tolerance: 0.2,
         }
     }
 

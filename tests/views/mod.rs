@@ -1,18 +1,23 @@
-//! One GPU and views of small images whose CoC is given, for tests of methods.
+//! Views of small images whose CoC is given, for tests of methods.
 
 #![allow(dead_code, reason = "every test binary compiles this module and uses its own part of it")]
 
-use defocus::gpu::{Gpu, Precision};
+use crate::common::gpu;
+use defocus::gpu::Precision;
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::view::View;
 use glam::{UVec2, Vec3};
-use std::sync::OnceLock;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
-pub fn gpu() -> &'static Gpu {
-    static GPU: OnceLock<Gpu> = OnceLock::new();
-    GPU.get_or_init(|| Gpu::open(None).expect("tests need an adapter; software Vulkan will do"))
+/// Held by a test for as long as it uses the GPU. A texture that a method has dropped can
+/// be handed out again before the frame that uses it is submitted, so threads that share
+/// the device's pool of textures must take turns.
+pub fn turn() -> MutexGuard<'static, ()> {
+    static TURN: Mutex<()> = Mutex::new(());
+    // A test that failed holding it says nothing about the others.
+    TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
 /// Depths at which `lens` blurs by the signed diameters, px; all must lie below K.
