@@ -5,14 +5,20 @@
 //! the benchmarks find it by iterating.
 
 mod accumulation;
+mod linear;
 mod mipmap;
 mod param;
 mod pinhole;
+mod preblur;
+mod separable;
 
 pub use accumulation::{Accumulation, AccumulationRun};
+pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
+pub use preblur::{Preblur, Ramp};
+pub use separable::Separable;
 
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
@@ -20,7 +26,14 @@ use crate::view::{View, ViewError};
 
 /// All methods with their default parameters, in the order in which they are listed.
 pub fn all() -> Vec<Box<dyn Method>> {
-    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default())]
+    vec![
+        Box::new(Pinhole),
+        Box::new(Accumulation::default()),
+        Box::new(Mipmap::default()),
+        Box::new(Preblur::default()),
+        Box::new(Separable::default()),
+        Box::new(Linear::default()),
+    ]
 }
 
 /// What a method is.
