@@ -6,13 +6,19 @@
 
 mod accumulation;
 mod mipmap;
+mod opaque;
 mod param;
 mod pinhole;
+mod pyramid;
+mod subimages;
 
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
+pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
+pub use pyramid::Pyramid;
+pub use subimages::{SPACINGS, Spacing, pyramid_variance_px2};
 
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
@@ -20,7 +26,13 @@ use crate::view::{View, ViewError};
 
 /// All methods with their default parameters, in the order in which they are listed.
 pub fn all() -> Vec<Box<dyn Method>> {
-    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default())]
+    vec![
+        Box::new(Pinhole),
+        Box::new(Accumulation::default()),
+        Box::new(Mipmap::default()),
+        Box::new(Pyramid::default()),
+        Box::new(Opaque::default()),
+    ]
 }
 
 /// What a method is.
