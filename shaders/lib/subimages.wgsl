@@ -15,6 +15,8 @@
 // so that a mirrored image has the mirrored pyramid whatever the number of levels. One
 // texel more on every side holds all that a 4x4 box carries over the border.
 
+#import lens
+
 const MAX_SUB_IMAGES = 32u;
 
 struct SubImages {

@@ -18,7 +18,7 @@ pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
 pub use pyramid::Pyramid;
-pub use subimages::{SPACINGS, Spacing, pyramid_variance_px2};
+pub use subimages::{Spacing, SpacingCalibration, pyramid_variance_px2};
 
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;

@@ -16,7 +16,7 @@
 //! without normalisation, and flat colours stay what they are, at the border too.
 //!
 //! **Weights between sub-images.** Over a flat region of weight a < 1 the glow's opacity is
-//! `1 - (1 - a)^(|i| + 1)`: nearer sub-images weigh too much. The spacing "measured" undoes
+//! `1 - (1 - a)^(|i| + 1)`: nearer sub-images weigh too much. The calibration "measured" undoes
 //! that; "paper" keeps it.
 
 use super::subimages::{Spacing, SubImages, Wanted};
@@ -55,6 +55,9 @@ impl Method for Opaque {
             apertures: Apertures::Round,
             needs_scene: false,
             conserves_energy: false,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.14,
         }
     }
 

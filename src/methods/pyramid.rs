@@ -55,6 +55,9 @@ impl Method for Pyramid {
             apertures: Apertures::Round,
             needs_scene: false,
             conserves_energy: false,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.14,
         }
     }
 

@@ -12,7 +12,7 @@
 //! **How wide a level blurs.** Analysis with a 4x4 box has a variance of 5/4 squared
 //! texels, one step of synthesis 3/4 of the finer texel's: n levels of both come to
 //! `2/3 (4^n - 1)` px^2 per axis. The paper's radii `r_n = 1.7 * 2^(n-1)` make that a
-//! standard deviation of about r, twice a disc's (r/2). The spacing "measured" puts
+//! standard deviation of about r, twice a disc's (r/2). The calibration "measured" puts
 //! sub-image i at the CoC whose variance the lens gives as that of |i| levels, with weights
 //! linear in variance, so that the blend of two levels has the lens's own second moment;
 //! "paper" keeps r_i and weights linear in depth.
@@ -36,14 +36,22 @@ const MAX_LEVEL: i32 = 12;
 /// `MAX_SUB_IMAGES` in the shader.
 const MAX_SUB_IMAGES: usize = 32;
 
-/// Where sub-images lie.
-pub const SPACINGS: &[&str] = &["measured", "paper"];
+/// How sub-images are placed: [`Spacing::calibration`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum SpacingCalibration {
+    /// Where the lens has the second moment of the sub-image's pyramid.
+    Measured,
+    /// Equation (1).
+    Paper,
+}
+
+const CALIBRATIONS: &[&str] = &["measured", "paper"];
 
 /// Where sub-images lie, in terms of the CoC.
 #[derive(Clone, Debug)]
 pub struct Spacing {
-    /// Index into [`SPACINGS`].
-    pub spacing: usize,
+    /// A [`SpacingCalibration`].
+    pub calibration: usize,
     /// r_1, px: the CoC *radius* at the first sub-images (equation (1): 1.7).
     pub first_radius_px: f32,
     /// r_(n+1) / r_n (equation (1): 2).
@@ -52,7 +60,7 @@ pub struct Spacing {
 
 impl Default for Spacing {
     fn default() -> Self {
-        Self { spacing: 0, first_radius_px: 1.7, growth: 2.0 }
+        Self { calibration: SpacingCalibration::Measured as usize, first_radius_px: 1.7, growth: 2.0 }
     }
 }
 
@@ -66,10 +74,10 @@ impl Spacing {
     pub(super) fn params(&mut self) -> Vec<Param<'_>> {
         vec![
             Param::choice(
-                "spacing",
+                "calibration",
                 "Sub-image spacing",
-                &mut self.spacing,
-                SPACINGS,
+                &mut self.calibration,
+                CALIBRATIONS,
                 "measured: a level is used where its second moment is the lens's. paper: radii r_1, r_2, ... of equation (1), weights linear in depth.",
             ),
             Param::float(
@@ -78,7 +86,7 @@ impl Spacing {
                 "px",
                 &mut self.first_radius_px,
                 (0.2, 16.0),
-                "CoC radius of the first sub-images, equation (1), for the spacing \"paper\".",
+                "CoC radius of the first sub-images, equation (1), for the calibration \"paper\".",
             ),
             Param::float(
                 "growth",
@@ -86,13 +94,13 @@ impl Spacing {
                 "",
                 &mut self.growth,
                 (1.25, 4.0),
-                "r_(n+1) / r_n, equation (1), for the spacing \"paper\".",
+                "r_(n+1) / r_n, equation (1), for the calibration \"paper\".",
             ),
         ]
     }
 
     fn measured(&self) -> bool {
-        SPACINGS[self.spacing] == "measured"
+        self.calibration == SpacingCalibration::Measured as usize
     }
 
     /// c_i: signed CoC diameter, px, of sub-image `i`.
