@@ -127,7 +127,7 @@ impl Spacing {
     fn range(&self, lens: &Lens, [low, high]: [f64; 2]) -> (i32, i32) {
         let all = || (-MAX_LEVEL..=MAX_LEVEL).filter(|i| self.exists(lens, *i));
         let front = all().rev().find(|i| self.coc_px(lens, *i) <= low).unwrap_or(-MAX_LEVEL);
-        let back = all().find(|i| self.coc_px(lens, *i) >= high).or_else(|| all().last()).unwrap_or(MAX_LEVEL);
+        let back = all().find(|i| self.coc_px(lens, *i) >= high).or_else(|| all().next_back()).unwrap_or(MAX_LEVEL);
         (front.min(back), back)
     }
 
