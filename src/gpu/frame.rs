@@ -304,6 +304,12 @@ impl Pass<'_, '_> {
         self.dispatch_groups(size.x.div_ceil(x), size.y.div_ceil(y), 1);
     }
 
+    /// As [`Pass::dispatch`], once for each of `layers`: z of the grid is the layer.
+    pub fn dispatch_layers(self, size: UVec2, layers: u32) {
+        let [x, y, _] = self.kernel.workgroup_size;
+        self.dispatch_groups(size.x.div_ceil(x), size.y.div_ceil(y), layers);
+    }
+
     /// Runs a grid of workgroups.
     pub fn dispatch_groups(self, x: u32, y: u32, z: u32) {
         self.run(|pass| pass.dispatch_workgroups(x, y, z));

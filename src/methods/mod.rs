@@ -7,18 +7,24 @@
 mod accumulation;
 mod linear;
 mod mipmap;
+mod opaque;
 mod param;
 mod pinhole;
 mod preblur;
+mod pyramid;
 mod separable;
+mod subimages;
 
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
+pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
 pub use preblur::{Preblur, Ramp};
+pub use pyramid::Pyramid;
 pub use separable::Separable;
+pub use subimages::{Spacing, SpacingCalibration, pyramid_variance_px2};
 
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
@@ -33,6 +39,8 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Preblur::default()),
         Box::new(Separable::default()),
         Box::new(Linear::default()),
+        Box::new(Pyramid::default()),
+        Box::new(Opaque::default()),
     ]
 }
 

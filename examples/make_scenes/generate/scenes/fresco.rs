@@ -48,7 +48,7 @@ fn border(c: &mut Canvas, w: f32, h: f32, light: Vec3, dark: Vec3) {
     c.blend(Vec2::ZERO, vec2(w, h), light, |p| {
         let edge = p.min(vec2(w, h) - p).min_element();
         let key = ((p.x + p.y) / 14.0).floor() as i32 % 2 == 0;
-        f32::from(edge < 22.0 && (key || edge < 4.0 || edge > 18.0))
+        f32::from(edge < 22.0 && (key || !(4.0..=18.0).contains(&edge)))
     });
     c.blend(Vec2::ZERO, vec2(w, h), dark, |p| {
         let edge = p.min(vec2(w, h) - p).min_element();

@@ -2,6 +2,7 @@
 
 use super::super::nature::{blend, cone, ellipsoid, surface_net};
 use super::prelude::*;
+use std::f32::consts::TAU;
 
 /// The scene.
 pub fn stage() -> Stage {
@@ -170,7 +171,7 @@ fn trees(stage: &mut Stage) {
         wood.append(&Shape::tube(&path, 9).mapped(|c| c.uv * 1.2));
     }
     for _ in 0..620 {
-        let (r, a) = (3.4 * rng.unit().sqrt(), rng.range(0.0, 6.28));
+        let (r, a) = (3.4 * rng.unit().sqrt(), rng.range(0.0, TAU));
         let centre = vec3(r * a.cos(), 4.55 + 0.35 * rng.unit() + 0.25 * (1.0 - r / 3.4), r * a.sin());
         let tilt = upright_to(vec3(rng.range(-0.7, 0.7), 1.0, rng.range(-0.7, 0.7)));
         let tuft =
@@ -194,7 +195,7 @@ fn trees(stage: &mut Stage) {
     }
     let mut tuft = Shape::default();
     for _ in 0..26 {
-        let (lean, a) = (rng.range(0.1, 0.5), rng.range(0.0, 6.28));
+        let (lean, a) = (rng.range(0.1, 0.5), rng.range(0.0, TAU));
         let (root, h) = (vec3(rng.range(-0.07, 0.07), 0.0, rng.range(-0.07, 0.07)), rng.range(0.14, 0.34));
         let blade = Shape::surface(1, 4, |u, v| {
             let side = vec3(-a.sin(), 0.0, a.cos()) * (u - 0.5) * 0.012 * (1.02 - v);
@@ -205,7 +206,7 @@ fn trees(stage: &mut Stage) {
     let tuft = stage.mesh(tuft, straw);
     for _ in 0..280 {
         let z = -1.2 - 24.0 * rng.unit().powi(2);
-        let place = at(rng.range(-0.75, 0.75) * (1.5 - z), -0.03, z) * turn(rng.range(0.0, 6.28));
+        let place = at(rng.range(-0.75, 0.75) * (1.5 - z), -0.03, z) * turn(rng.range(0.0, TAU));
         stage.node(tuft, place);
     }
 }

@@ -1,0 +1,112 @@
+//! `opaque`: sub-images blurred without ever lowering an opacity.
+//!
+//! Kraus, "Using Opaque Image Blur for Real-Time Depth-of-Field Rendering" (GRAPP 2011).
+//! Nothing that a sharp pinhole image hides is ever uncovered, so nothing need be made up
+//! for it: a sub-image's colours are blurred, and its opacity is a *glow* of the same
+//! pyramid that only grows.
+//!
+//! 1. matte: `RGBA = omega_i * (rgb, 1)`, section 3 (`subimages.rs`);
+//! 2. blur and glow from one analysis pyramid of |i| levels, section 4, equation (8);
+//! 3. `RGBA_sub = RGBA_blur * A_glow / A_blur`, equation (7);
+//! 4. blending with "over", equation (6).
+//!
+//! It differs from `pyramid` in step 2 and 3: no disocclusion, a glow instead.
+//!
+//! At every pixel one sub-image has weight 1, which the glow keeps: the result is opaque
+//! without normalisation, and flat colours stay what they are, at the border too.
+//!
+//! **Weights between sub-images.** Over a flat region of weight a < 1 the glow's opacity is
+//! `1 - (1 - a)^(|i| + 1)`: nearer sub-images weigh too much. The calibration "measured" undoes
+//! that; "paper" keeps it.
+
+use super::subimages::{Spacing, SubImages, Wanted};
+use super::{About, Apertures, Method, MethodError, Param};
+use crate::gpu::{Frame, Shader, Texture};
+use crate::lens::Lens;
+use crate::shader;
+use crate::view::View;
+
+const SHADER: Shader = shader!("methods/opaque");
+
+/// The opaque image blur with the paper's constants as parameters.
+#[derive(Clone, Debug)]
+pub struct Opaque {
+    /// Where sub-images lie.
+    pub spacing: Spacing,
+    /// Whether transparent black surrounds the image (section 5), or its border pixels
+    /// continue.
+    pub transparent_border: bool,
+}
+
+impl Default for Opaque {
+    fn default() -> Self {
+        Self { spacing: Spacing::default(), transparent_border: true }
+    }
+}
+
+impl Method for Opaque {
+    fn about(&self) -> About {
+        About {
+            id: "opaque",
+            title: "Opaque image blur",
+            paper: "Kraus, Using Opaque Image Blur for Real-Time Depth-of-Field Rendering, GRAPP 2011",
+            summary: "Blurs sub-images by depth with pyramids, each with an opacity that only grows, so that nothing hidden is uncovered.",
+            limits: "Silhouettes are too sharp and blurred objects too opaque: nothing shows through their edges. Round apertures only.",
+            apertures: Apertures::Round,
+            needs_scene: false,
+            conserves_energy: false,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.14,
+        }
+    }
+
+    fn params(&mut self) -> Vec<Param<'_>> {
+        let mut params = self.spacing.params();
+        params.push(Param::switch(
+            "transparent_border",
+            "Transparent border",
+            &mut self.transparent_border,
+            "Surround the image with transparent black (section 5); otherwise with what is nearest in it.",
+        ));
+        params
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
+        let pinhole = view.pinhole(frame);
+        let wanted = Wanted { glow: true, transparent_border: self.transparent_border, repeated_inclusion: 0.0 };
+        let sub_images = SubImages::new(frame, view, lens, &self.spacing, &wanted);
+
+        let matted = sub_images.matte(frame);
+        frame
+            .pass(&SHADER, "matte_and_reduce")
+            .uniform("lens", &sub_images.lens)
+            .uniform("sub_images", &sub_images.uniform)
+            .buffer("occupied", &sub_images.occupied)
+            .texture("color", &pinhole.color)
+            .texture("depth", &pinhole.depth)
+            .texture("coarser", &matted)
+            .dispatch_layers(matted.size(), sub_images.blurred_count());
+
+        let blurred = sub_images.blur(frame, matted);
+
+        let result = frame.color_texture("opaque", view.size());
+        frame
+            .pass(&SHADER, "blur_and_blend")
+            .uniform("lens", &sub_images.lens)
+            .uniform("sub_images", &sub_images.uniform)
+            .buffer("occupied", &sub_images.occupied)
+            .texture("color", &pinhole.color)
+            .texture("depth", &pinhole.depth)
+            .texture("analysis", &blurred.analysis)
+            .texture("blur", &blurred.blur)
+            .texture("glow", &blurred.glow)
+            .texture("result", &result)
+            .dispatch(result.size());
+        Ok(result)
+    }
+
+    fn boxed(&self) -> Box<dyn Method> {
+        Box::new(self.clone())
+    }
+}
