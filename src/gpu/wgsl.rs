@@ -24,7 +24,8 @@ macro_rules! shader {
 }
 
 /// Files of functions only, which others take in with a line `#import NAME`.
-const LIBRARY: &[Shader] = &[shader!("lib/lens"), shader!("lib/color"), shader!("lib/sampling")];
+const LIBRARY: &[Shader] =
+    &[shader!("lib/lens"), shader!("lib/color"), shader!("lib/sampling"), shader!("lib/sprites")];
 
 /// Storage format of intermediate colour images; shaders name it `COLOR_FORMAT`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

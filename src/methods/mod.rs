@@ -8,11 +8,16 @@ mod accumulation;
 mod mipmap;
 mod param;
 mod pinhole;
+mod scatter;
+mod splat;
+pub mod sprites;
 
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
+pub use scatter::Scatter;
+pub use splat::Splat;
 
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
@@ -20,7 +25,13 @@ use crate::view::{View, ViewError};
 
 /// All methods with their default parameters, in the order in which they are listed.
 pub fn all() -> Vec<Box<dyn Method>> {
-    vec![Box::new(Pinhole), Box::new(Accumulation::default()), Box::new(Mipmap::default())]
+    vec![
+        Box::new(Pinhole),
+        Box::new(Accumulation::default()),
+        Box::new(Mipmap::default()),
+        Box::new(Splat::default()),
+        Box::new(Scatter::default()),
+    ]
 }
 
 /// What a method is.
