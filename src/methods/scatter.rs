@@ -56,7 +56,10 @@ impl Method for Scatter {
             limits: "One view only: what a blurred foreground hides is missing. Blurred surfaces stay a little transparent to what was drawn before them.",
             apertures: Apertures::Any,
             needs_scene: false,
-            conserves_energy: false,
+            conserves_energy: true,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.05,
         }
     }
 

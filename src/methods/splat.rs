@@ -100,6 +100,9 @@ impl Method for Splat {
             apertures: Apertures::Any,
             needs_scene: false,
             conserves_energy: true,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.025,
         }
     }
 
