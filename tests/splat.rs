@@ -4,7 +4,7 @@ mod common;
 
 use common::{front_camera, gpu, quad, textured, unlit};
 use defocus::aperture::Aperture;
-use defocus::gpu::{FrameStats, Texture, download};
+use defocus::gpu::{FrameStats, Gpu, Texture, download};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::sprites::SpriteTable;
@@ -172,7 +172,7 @@ fn wall_lens() -> Lens {
 fn the_hidden_image_shows_what_is_behind_the_foreground() {
     let (scene, lens) = (near_before_wall(), wall_lens());
     let mut view = view_of(&scene, uvec2(256, 192));
-    let reference = render(&Accumulation { samples: 256, view_dependent: false }, &mut view, &lens).image;
+    let reference = render(&Accumulation { samples: 128, view_dependent: false }, &mut view, &lens).image;
     let with = psnr_db(&render(&Splat::default(), &mut view, &lens).image, &reference);
     let without = psnr_db(&render(&Splat { hidden: false, ..Splat::default() }, &mut view, &lens).image, &reference);
     eprintln!("PSNR with the hidden image {with:.2} dB, without {without:.2} dB");
@@ -238,7 +238,7 @@ fn an_asymmetric_aperture_is_the_right_way_round_on_both_sides_of_focus() {
     // Focused behind (c = -24 px) and in front of it (c = +24 px).
     for (k_px, focus_m) in [(24.0, 2.0), (48.0, 0.5)] {
         let lens = Lens { aperture: Aperture::polygon(3), ..common::lens(k_px, focus_m) };
-        let reference = render(&Accumulation { samples: 256, view_dependent: false }, &mut view, &lens).image;
+        let reference = render(&Accumulation { samples: 128, view_dependent: false }, &mut view, &lens).image;
         let mut splatted = render(&Splat { layers: false, normalise: false, ..Splat::default() }, &mut view, &lens);
         let total: f32 = reference.pixels.iter().map(|p| p.x).sum();
         let right = difference(&splatted.image, &reference) / total;
@@ -297,5 +297,41 @@ fn the_reduced_array_leaves_no_holes_and_keeps_constant_colours() {
     let splat = Splat { accelerate: true, ..Splat::default() };
     for (i, p) in render_image(&splat, &color, &depth, &lens).image.pixels.iter().enumerate() {
         assert!((*p - FRONT).abs().max_element() < 2e-3, "pixel {i} is {p}");
+    }
+}
+
+// ---- adapters without 32-bit blending ----
+
+/// A device without any optional feature.
+fn plain_gpu() -> Gpu {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+    let adapter = pollster::block_on(instance.request_adapter(&wgpu::RequestAdapterOptions::default())).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor::default())).unwrap();
+    Gpu::from_device(&adapter.get_info(), device, queue)
+}
+
+#[test]
+fn sums_in_f16_are_close_where_32_bits_cannot_be_blended() {
+    let plain = plain_gpu();
+    let lens = common::lens(16.0, 2.0);
+    let size = uvec2(48, 32);
+    let color = Image::from_fn(size, |x, y| if (x / 6 + y / 5) % 2 == 0 { FRONT } else { BACK });
+    let depth = Image::from_fn(size, |x, _| if x < 24 { 1.2 } else { 6.0 });
+    for id in ["splat", "scatter"] {
+        let method = methods::by_id(id).unwrap();
+        let on = |gpu: &Gpu| {
+            let mut view = View::of_image(gpu, &color, &depth, 0.8).unwrap();
+            let mut frame = gpu.frame();
+            let texture = methods::record(&*method, &mut frame, &mut view, &lens).unwrap();
+            frame.finish();
+            download(gpu, &texture)
+        };
+        let (exact, biased) = (on(gpu()), on(&plain));
+        let differences = exact.pixels.iter().zip(&biased.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+        let greatest = differences.fold(0.0, f32::max);
+        // A hundred additions to sums below 1, each off by up to 2^-11, half of it if
+        // rounded and on either side: 2 %.
+        assert!(greatest < 0.02, "{id}: {greatest}");
+        assert!(greatest > 0.0, "{id}: the plain device sums in 32 bits, too");
     }
 }

@@ -8,6 +8,7 @@
 //     -------------)[-----------+-----------](-------------->  c(p), far is right
 //            c_v - delta C_v   c_v   c_v + delta C_v
 
+#import color
 #import sprites
 #import sampling
 
@@ -153,7 +154,7 @@ fn with_highlights(rgb: vec3f) -> vec3f {
     // Above white the paper's polynomial would grow without bounds.
     let above = min((lambda - params.highlight_threshold) / (1.0 - params.highlight_threshold), 1.0);
     let share = pow(above, params.highlight_falloff);
-    return (1.0 - share + share * params.highlight_gain) * rgb;
+    return min((1.0 - share + share * params.highlight_gain) * rgb, vec3f(MAX_F16));
 }
 
 /// A source pixel: colour and 1, or 0 where there is nothing that can be drawn.
