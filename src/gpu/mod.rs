@@ -13,6 +13,7 @@ mod device;
 mod frame;
 mod kernel;
 mod pool;
+mod radix_sort;
 mod readback;
 mod wgsl;
 
@@ -21,6 +22,7 @@ pub(crate) use frame::attachment;
 pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
 pub use kernel::SamplerKind;
 pub use pool::{Texture, TextureKey};
+pub use radix_sort::sort_pairs;
 pub use readback::{download, download_depth, upload, upload_scalar};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 

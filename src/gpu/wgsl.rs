@@ -24,8 +24,13 @@ macro_rules! shader {
 }
 
 /// Files of functions only, which others take in with a line `#import NAME`.
-const LIBRARY: &[Shader] =
-    &[shader!("lib/lens"), shader!("lib/color"), shader!("lib/sampling"), shader!("lib/subimages")];
+const LIBRARY: &[Shader] = &[
+    shader!("lib/color"),
+    shader!("lib/lens"),
+    shader!("lib/sampling"),
+    shader!("lib/sprites"),
+    shader!("lib/subimages"),
+];
 
 /// Storage format of intermediate colour images; shaders name it `COLOR_FORMAT`.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]

@@ -12,7 +12,10 @@ mod param;
 mod pinhole;
 mod preblur;
 mod pyramid;
+mod scatter;
 mod separable;
+mod splat;
+pub mod sprites;
 mod subimages;
 
 pub use accumulation::{Accumulation, AccumulationRun};
@@ -23,7 +26,9 @@ pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
 pub use preblur::{Preblur, Ramp};
 pub use pyramid::Pyramid;
+pub use scatter::Scatter;
 pub use separable::Separable;
+pub use splat::Splat;
 pub use subimages::{Spacing, SpacingCalibration, pyramid_variance_px2};
 
 use crate::gpu::{Frame, Texture};
@@ -41,6 +46,8 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Linear::default()),
         Box::new(Pyramid::default()),
         Box::new(Opaque::default()),
+        Box::new(Splat::default()),
+        Box::new(Scatter::default()),
     ]
 }
 

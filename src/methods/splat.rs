@@ -1,0 +1,369 @@
+//! `splat`: point splatting on per-pixel layers.
+//!
+//! Lee, Kim and Choi, "Real-Time Depth-of-Field Rendering Using Point Splatting on
+//! Per-Pixel Layers" (Pacific Graphics 2008):
+//!
+//! 1. the visible image V, and a hidden image H of what lies behind partially occluding
+//!    foreground, section 3.2;
+//! 2. every pixel of both is a sprite of its CoC's size and the aperture's shape, section
+//!    3.3 and [`super::sprites`];
+//! 3. each destination pixel sums what arrives in three layers: in front of, at and behind
+//!    its own visible surface, equation (6), in 32-bit float where that can be blended;
+//! 4. the layers are composed far to near, each divided by its alpha, equation (7).
+//!
+//! What the paper measures on "normalised depth" is measured here on the signed CoC over
+//! its range in view: with stored depth near / d the two are the same scale, and it does
+//! not change with the lens.
+//!
+//! H is summed into the layers of V at once: the paper composes M1 + L1 and M2 + L2. Where
+//! the alphas of overlapping CoCs sum to more than 1, `1 - alpha` is taken as 0.
+
+use super::sprites::{SpriteTable, SpritesUniform, sum_format};
+use super::{About, Apertures, Method, MethodError, Param};
+use crate::gpu::{Blend, Draw, Frame, Shader, Texture};
+use crate::lens::Lens;
+use crate::view::{Layer, LayerQuery, LensUniform, View};
+use crate::{shader, uniform};
+use glam::UVec2;
+
+const SHADER: Shader = shader!("methods/splat");
+
+/// Point splatting with the paper's constants as parameters.
+#[derive(Clone, Debug)]
+pub struct Splat {
+    /// Whether a hidden image is drawn and splatted (section 3.2).
+    pub hidden: bool,
+    /// epsilon: how far behind the visible surface a hidden one must lie, over the range
+    /// of c in view (section 3.2: 0.05).
+    pub separation: f32,
+    /// Least L(p) of equation (4) at which a pixel occludes partially, over the range of c
+    /// in view (section 3.2: 0.01).
+    pub occlusion: f32,
+    /// Whether there are three layers or one (section 3.4).
+    pub layers: bool,
+    /// delta of equation (6), over C of the destination (0.3 to 0.5).
+    pub delta: f32,
+    /// Whether composed layers are divided by their alpha (section 3.5).
+    pub normalise: bool,
+    /// Whether one sprite stands for four pixels where that is not seen (section 5).
+    pub accelerate: bool,
+    /// Whether highlights that were cut at white are expanded, equation (8).
+    pub highlights: bool,
+    /// lambda_0 of equation (8).
+    pub highlight_threshold: f32,
+    /// beta of equation (8).
+    pub highlight_falloff: f32,
+    /// gamma of equation (8).
+    pub highlight_gain: f32,
+}
+
+impl Default for Splat {
+    fn default() -> Self {
+        Self {
+            hidden: true,
+            separation: 0.05,
+            occlusion: 0.01,
+            layers: true,
+            delta: 0.4,
+            normalise: true,
+            accelerate: false,
+            highlights: false,
+            highlight_threshold: 0.8,
+            highlight_falloff: 3.0,
+            highlight_gain: 2.0,
+        }
+    }
+}
+
+uniform! {
+    struct Params {
+        delta: f32,
+        separation_z: f32,
+        occlusion_px: f32,
+        layered: u32,
+        normalised: u32,
+        highlights: u32,
+        highlight_threshold: f32,
+        highlight_falloff: f32,
+        highlight_gain: f32,
+    }
+}
+
+impl Method for Splat {
+    fn about(&self) -> About {
+        About {
+            id: "splat",
+            title: "Point splatting",
+            paper: "Lee, Kim and Choi, Real-Time Depth-of-Field Rendering Using Point Splatting on Per-Pixel Layers, Pacific Graphics 2008",
+            summary: "Draws every pixel as its blur spot on three layers around each destination, with a second image of what the foreground hides.",
+            limits: "Two surfaces deep: a third behind two blurred ones is missing. The cost grows with the area of the CoC.",
+            apertures: Apertures::Any,
+            needs_scene: false,
+            conserves_energy: true,
+            averages: true,
+            samples_lens: false,
+            width_tolerance: 0.025,
+        }
+    }
+
+    fn params(&mut self) -> Vec<Param<'_>> {
+        vec![
+            Param::switch(
+                "hidden",
+                "Hidden image",
+                &mut self.hidden,
+                "Draw what lies behind partially occluding foreground and splat it too, section 3.2. Scenes only.",
+            ),
+            Param::float(
+                "separation",
+                "epsilon",
+                "",
+                &mut self.separation,
+                (0.0, 1.0),
+                "How far behind the visible surface a hidden one must lie, over the range of the CoC in view, section 3.2.",
+            ),
+            Param::float(
+                "occlusion",
+                "Occlusion threshold",
+                "",
+                &mut self.occlusion,
+                (0.0, 1.0),
+                "How much farther a pixel's surroundings must be for anything behind it to be seen, over the range of the CoC in view, equation (4).",
+            ),
+            Param::switch(
+                "layers",
+                "Per-pixel layers",
+                &mut self.layers,
+                "Three layers around each destination's depth, section 3.4; off: one for all, and no hidden image.",
+            ),
+            Param::float(
+                "delta",
+                "delta",
+                "",
+                &mut self.delta,
+                (0.0, 2.0),
+                "Half the depth of the middle layer over the destination's CoC, equation (6).",
+            ),
+            Param::switch(
+                "normalise",
+                "Normalise",
+                &mut self.normalise,
+                "Divide the composed layers by their alpha, section 3.5; off shows what overlapping spots sum to.",
+            ),
+            Param::switch(
+                "accelerate",
+                "Quarter-area sprites",
+                &mut self.accelerate,
+                "One sprite for four pixels where C is 4 px or more and nothing is partially occluded, section 5.",
+            ),
+            Param::switch(
+                "highlights",
+                "Expand highlights",
+                &mut self.highlights,
+                "Brighten what was cut at white, equation (8): for images without values above 1.",
+            ),
+            Param::float(
+                "highlight_threshold",
+                "lambda_0",
+                "",
+                &mut self.highlight_threshold,
+                (0.0, 0.99),
+                "Luminance from which highlights are expanded, equation (8).",
+            ),
+            Param::float(
+                "highlight_falloff",
+                "beta",
+                "",
+                &mut self.highlight_falloff,
+                (0.1, 10.0),
+                "Exponent with which the expansion sets in, equation (8).",
+            ),
+            Param::float(
+                "highlight_gain",
+                "gamma",
+                "",
+                &mut self.highlight_gain,
+                (1.0, 20.0),
+                "How many times brighter white becomes, equation (8).",
+            ),
+        ]
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
+        let pass = Splatting::new(self, frame, view, lens);
+        let arrays = self.accelerate.then(|| pass.choose_arrays(frame));
+        pass.splat_sharp(frame);
+        pass.splat_visible(frame, arrays.as_ref());
+        if self.hidden_is_needed(frame, view, lens) {
+            let limit = pass.hidden_limit(frame);
+            let query = LayerQuery { below: Some(&limit), ..LayerQuery::NEAREST };
+            let hidden = view.layer(frame, "hidden", query)?;
+            frame.expose("hidden", &hidden.color);
+            pass.splat_hidden(frame, &hidden);
+        }
+        Ok(pass.compose(frame))
+    }
+
+    fn boxed(&self) -> Box<dyn Method> {
+        Box::new(self.clone())
+    }
+}
+
+impl Splat {
+    fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
+        if !self.hidden || !self.layers {
+            return false;
+        }
+        if !view.is_scene() {
+            frame.skip("no scene: no hidden image");
+            return false;
+        }
+        // Foreground whose spots stay within a pixel occludes nothing partially.
+        let [nearest_px, _] = view.coc_bounds_px(frame, lens);
+        if -nearest_px * lens.aperture.radius() <= 1.0 {
+            frame.skip("no foreground: no hidden image");
+            return false;
+        }
+        true
+    }
+
+    fn uniform(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Params {
+        let [z_min, z_max] = view.z_bounds(frame);
+        let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
+        Params {
+            delta: self.delta,
+            separation_z: self.separation * (z_max - z_min),
+            occlusion_px: self.occlusion * (farthest_px - nearest_px) as f32,
+            layered: self.layers.into(),
+            normalised: self.normalise.into(),
+            highlights: self.highlights.into(),
+            highlight_threshold: self.highlight_threshold,
+            highlight_falloff: self.highlight_falloff,
+            highlight_gain: self.highlight_gain,
+        }
+    }
+}
+
+/// One frame's splatting: what goes in, and the layers it is summed in.
+struct Splatting {
+    visible: Layer,
+    lens: LensUniform,
+    sprites: SpritesUniform,
+    params: Params,
+    idf_sums: Texture,
+    /// In front of, at and behind the visible surface.
+    layers: [Texture; 3],
+    size: UVec2,
+}
+
+impl Splatting {
+    fn new(splat: &Splat, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
+        let table = SpriteTable::of(&lens.aperture);
+        let format = sum_format(frame.gpu(), 3);
+        let size = view.size();
+        Self {
+            visible: view.pinhole(frame),
+            lens: view.lens_uniform(lens),
+            sprites: table.uniform(view),
+            params: splat.uniform(frame, view, lens),
+            idf_sums: table.upload(frame.gpu()),
+            layers: ["layer in front", "layer at", "layer behind"].map(|label| frame.texture(label, size, format)),
+            size,
+        }
+    }
+
+    /// Equation (4): z below which hidden surfaces are accepted, 0 where none is.
+    fn hidden_limit(&self, frame: &mut Frame<'_>) -> Texture {
+        let size = self.visible.depth.size();
+        let limit = frame.texture("hidden limit", size, wgpu::TextureFormat::R32Float);
+        let pass = frame.pass(&SHADER, "find_hidden_limit").texture("behind_z", &limit);
+        pass.uniform("lens", &self.lens)
+            .uniform("sprites", &self.sprites)
+            .uniform("params", &self.params)
+            .texture("visible_depth", &self.visible.depth)
+            .dispatch(size);
+        frame.expose("hidden limit", &limit);
+        limit
+    }
+
+    /// Which of 2x2 pixels are drawn as one, as four, or (between the two) both.
+    fn choose_arrays(&self, frame: &mut Frame<'_>) -> Texture {
+        let outer = self.visible.depth.size();
+        let blocks = UVec2::new(outer.x.div_ceil(2), outer.y.div_ceil(2));
+        let arrays = frame.texture("sprite arrays", blocks, wgpu::TextureFormat::R32Uint);
+        let pass = frame.pass(&SHADER, "choose_arrays").texture("chosen_arrays", &arrays);
+        pass.uniform("lens", &self.lens)
+            .uniform("sprites", &self.sprites)
+            .uniform("params", &self.params)
+            .texture("visible_depth", &self.visible.depth)
+            .dispatch(blocks);
+        arrays
+    }
+
+    /// What stays within its pixel, with which the layers begin.
+    fn splat_sharp(&self, frame: &mut Frame<'_>) {
+        let mut draw = frame.draw(&SHADER, "vs_all", "fs_sharp");
+        for layer in &self.layers {
+            draw = draw.target(layer, Blend::Replace, Some([0.0; 4]));
+        }
+        draw.uniform("lens", &self.lens)
+            .uniform("sprites", &self.sprites)
+            .uniform("params", &self.params)
+            .texture("color", &self.visible.color)
+            .texture("depth", &self.visible.depth)
+            .texture("visible_depth", &self.visible.depth)
+            .vertices(3, 1);
+    }
+
+    fn splat_visible(&self, frame: &mut Frame<'_>, arrays: Option<&Texture>) {
+        let pixels = self.visible.depth.size().element_product();
+        let Some(arrays) = arrays else {
+            self.draw(frame, ["vs_pixel", "fs_visible"], &self.visible, &self.layers).vertices(4, pixels);
+            return;
+        };
+        let blocks = arrays.size().element_product();
+        for (vertex, sprites) in [("vs_block", blocks), ("vs_pixel_not_reduced", pixels)] {
+            let draw = self.draw(frame, [vertex, "fs_visible"], &self.visible, &self.layers);
+            draw.texture("arrays", arrays).vertices(4, sprites);
+        }
+    }
+
+    fn splat_hidden(&self, frame: &mut Frame<'_>, hidden: &Layer) {
+        let pixels = hidden.depth.size().element_product();
+        self.draw(frame, ["vs_hidden", "fs_hidden"], hidden, &self.layers[1..]).vertices(4, pixels);
+    }
+
+    fn draw<'f, 'g>(
+        &self,
+        frame: &'f mut Frame<'g>,
+        [vertex, fragment]: [&'static str; 2],
+        source: &Layer,
+        layers: &[Texture],
+    ) -> Draw<'f, 'g> {
+        let mut draw = frame.draw(&SHADER, vertex, fragment).strips();
+        for layer in layers {
+            draw = draw.target(layer, Blend::Add, None);
+        }
+        draw.uniform("lens", &self.lens)
+            .uniform("sprites", &self.sprites)
+            .uniform("params", &self.params)
+            .texture("color", &source.color)
+            .texture("depth", &source.depth)
+            .texture("visible_depth", &self.visible.depth)
+            .texture("idf_sums", &self.idf_sums)
+    }
+
+    fn compose(&self, frame: &mut Frame<'_>) -> Texture {
+        let [front, same, behind] = &self.layers;
+        for (name, layer) in [("L0: in front", front), ("L1: at", same), ("L2: behind", behind)] {
+            frame.expose(name, layer);
+        }
+        let result = frame.color_texture("splat", self.size);
+        let pass = frame.pass(&SHADER, "compose").uniform("params", &self.params).texture("result", &result);
+        pass.texture("layer_front", front)
+            .texture("layer_same", same)
+            .texture("layer_behind", behind)
+            .dispatch(self.size);
+        result
+    }
+}

@@ -1,0 +1,173 @@
+//! A pixel as the blur spot that the lens makes of it: what the scattering methods share.
+//!
+//! Lee, Kim and Choi, "Real-Time Depth-of-Field Rendering Using Point Splatting on
+//! Per-Pixel Layers" (Pacific Graphics 2008), section 3.3: a source pixel of CoC diameter
+//! C becomes a sprite with alpha `kn(C) / C^2` inside the aperture's intensity
+//! distribution (IDF). There `kn(C)` is tabulated, because a sprite that is sampled at
+//! pixel centres sums to 1 only after a correction that jumps with C. Here each fragment
+//! *integrates* the IDF over its pixel, from the IDF's running sums (Crow, "Summed-Area
+//! Tables for Texture Mapping", SIGGRAPH 1984). Neighbouring pixels share their corners,
+//! so the sum telescopes to 1 for every continuous C and every shape: what is tabulated
+//! is the shape, and kn(C) is `C^2` times the share. This is also exactly how often the
+//! accumulation buffer's views show the source pixel at the destination.
+
+use crate::aperture::Aperture;
+use crate::gpu::{Gpu, Texture};
+use crate::uniform;
+use crate::view::View;
+use glam::{DVec2, dvec2};
+use std::sync::{Arc, Mutex};
+
+/// Cells per side of the table: half a pixel each in a spot of 64 px.
+const CELLS: usize = 128;
+
+/// The IDF is sampled this often per side of a cell, at the middles of its parts.
+const SAMPLES_PER_CELL: usize = 4;
+
+/// Tables kept: making one takes longer than a frame, and a comparison alternates between
+/// few apertures.
+const KEPT_TABLES: usize = 4;
+
+/// Running sums of an aperture's IDF.
+#[derive(Debug)]
+pub struct SpriteTable {
+    /// The sums reach from -radius to radius in v.
+    radius: f64,
+    /// Per cell: integrals of the IDF over the rectangles from 0 to its four corners.
+    corners: Vec<[f32; 4]>,
+}
+
+uniform! {
+    /// `Sprites` in `shaders/lib/sprites.wgsl`.
+    pub(super) struct SpritesUniform {
+        size: [u32; 2],
+        radius: f32,
+        cells: u32,
+        overscan: u32,
+        _pad: u32,
+    }
+}
+
+static TABLES: Mutex<Vec<(Aperture, Arc<SpriteTable>)>> = Mutex::new(Vec::new());
+
+impl SpriteTable {
+    /// The table for an aperture, made when it is new.
+    pub fn of(aperture: &Aperture) -> Arc<Self> {
+        let mut tables = TABLES.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
+        if let Some(known) = tables.iter().position(|(a, _)| a == aperture) {
+            let entry = tables.remove(known);
+            tables.push(entry);
+        } else {
+            if tables.len() == KEPT_TABLES {
+                tables.remove(0);
+            }
+            tables.push((aperture.clone(), Arc::new(Self::new(aperture))));
+        }
+        tables[tables.len() - 1].1.clone()
+    }
+
+    fn new(aperture: &Aperture) -> Self {
+        let radius = aperture.radius();
+        let masses = cell_masses(aperture, radius);
+        // From the centre outwards: small numbers where most of the light is, and
+        // symmetric ones where the aperture is.
+        let side = CELLS + 1;
+        let mut sums = vec![0.0; side * side];
+        for y in 0..CELLS {
+            let mut row = 0.0;
+            for x in 0..CELLS {
+                row += masses[y * CELLS + x];
+                sums[(y + 1) * side + x + 1] = sums[y * side + x + 1] + row;
+            }
+        }
+        let total = sums[side * side - 1];
+        let from_centre = |x: usize, y: usize| {
+            let middle = CELLS / 2;
+            let at = |x: usize, y: usize| sums[y * side + x];
+            ((at(x, y) - at(middle, y) - at(x, middle) + at(middle, middle)) / total) as f32
+        };
+        let corners_of = |i: usize| {
+            let (x, y) = (i % CELLS, i / CELLS);
+            [from_centre(x, y), from_centre(x + 1, y), from_centre(x, y + 1), from_centre(x + 1, y + 1)]
+        };
+        Self { radius, corners: (0..CELLS * CELLS).map(corners_of).collect() }
+    }
+
+    /// The share of a sprite's light on the pixel `offset_px` from it, at the signed CoC
+    /// diameter `c_px`: what the shader computes, in f64.
+    pub fn share(&self, offset_px: DVec2, c_px: f64) -> f64 {
+        let c = if c_px < 0.0 { c_px.min(-1e-3) } else { c_px.max(1e-3) };
+        let (low, high) = ((offset_px - 0.5) * (2.0 / c), (offset_px + 0.5) * (2.0 / c));
+        let right = self.sum(high) - self.sum(dvec2(high.x, low.y));
+        let left = self.sum(dvec2(low.x, high.y)) - self.sum(low);
+        (right - left).max(0.0)
+    }
+
+    /// How far from its centre a sprite's pixels lie, px, at the CoC diameter `c_px`.
+    pub fn reach_px(&self, c_px: f64) -> f64 {
+        0.5 * self.radius * c_px.abs() + 0.5
+    }
+
+    fn sum(&self, v: DVec2) -> f64 {
+        let at = (0.5 + 0.5 * v / self.radius).clamp(DVec2::ZERO, DVec2::ONE) * CELLS as f64;
+        let cell = at.floor().min(DVec2::splat((CELLS - 1) as f64));
+        let [a, b, c, d] = self.corners[cell.y as usize * CELLS + cell.x as usize].map(f64::from);
+        let inside = at - cell;
+        (a * (1.0 - inside.x) + b * inside.x) * (1.0 - inside.y) + (c * (1.0 - inside.x) + d * inside.x) * inside.y
+    }
+
+    /// The table as `idf_sums`. A texture of its own, not a pooled one: it is written
+    /// before the frame's passes run, whatever they did with a pooled one.
+    pub(super) fn upload(&self, gpu: &Gpu) -> Texture {
+        let side = CELLS as u32;
+        let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+        let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {
+            label: Some("IDF sums"),
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 16), rows_per_image: None };
+        gpu.queue().write_texture(texture.as_image_copy(), bytemuck::cast_slice(&self.corners), layout, size);
+        Texture::external(texture)
+    }
+
+    pub(super) fn uniform(&self, view: &View) -> SpritesUniform {
+        let (size, overscan) = (view.size().to_array(), view.overscan_px());
+        SpritesUniform { size, radius: self.radius as f32, cells: CELLS as u32, overscan, _pad: 0 }
+    }
+}
+
+/// The IDF's integral over each cell, up to a common factor.
+fn cell_masses(aperture: &Aperture, radius: f64) -> Vec<f64> {
+    let side = CELLS * SAMPLES_PER_CELL;
+    let v_at = |i: usize| ((i as f64 + 0.5) / side as f64 * 2.0 - 1.0) * radius;
+    let mut masses = vec![0.0; CELLS * CELLS];
+    for y in 0..side {
+        for x in 0..side {
+            let cell = y / SAMPLES_PER_CELL * CELLS + x / SAMPLES_PER_CELL;
+            masses[cell] += aperture.intensity(dvec2(v_at(x), v_at(y)));
+        }
+    }
+    masses
+}
+
+/// The format in which sprites are summed into `targets` textures at once.
+///
+/// RGBA32F where the adapter can blend it and hold so many; else RGBA16F, which is biased:
+/// at C = 64 px a sprite adds 3e-4 to a pixel, less than the 5e-4 between f16 numbers from
+/// 1/2 on, and an adapter that truncates gets no farther. Small spots lose little, and
+/// dividing by the sum of alpha, which loses likewise, takes most of that back.
+pub(super) fn sum_format(gpu: &Gpu, targets: u32) -> wgpu::TextureFormat {
+    let bytes = 16 * targets;
+    let room = gpu.device().limits().max_color_attachment_bytes_per_sample >= bytes;
+    if room && gpu.has(wgpu::Features::FLOAT32_BLENDABLE) {
+        wgpu::TextureFormat::Rgba32Float
+    } else {
+        wgpu::TextureFormat::Rgba16Float
+    }
+}
