@@ -21,7 +21,7 @@ pub(crate) use frame::attachment;
 pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
 pub use kernel::SamplerKind;
 pub use pool::{Texture, TextureKey};
-pub use readback::{download, download_depth, upload, upload_scalar};
+pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
 use glam::UVec2;
