@@ -41,4 +41,5 @@ pub mod present;
 pub mod presets;
 pub mod raytrace;
 pub mod scene;
+pub mod study;
 pub mod view;

@@ -35,11 +35,23 @@ const FRAMING_FOV_Y_DEG: f64 = 40.0;
 ///
 /// A [`SceneError`] that names the file, the item in it and the remedy.
 pub fn load(path: &Path) -> Result<Scene, SceneError> {
-    load_problem(path).map_err(|problem| SceneError { file: path.to_owned(), problem })
+    let load = || scene_of(container::read(path)?, path);
+    load().map_err(|problem| SceneError { file: path.to_owned(), problem })
 }
 
-fn load_problem(path: &Path) -> Result<Scene, SceneProblem> {
-    let file = container::read(path)?;
+/// Loads a file from memory, as [`load`] does; `name` becomes the scene's.
+///
+/// # Errors
+///
+/// A [`SceneError`] that names the item in the file and the remedy.
+pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
+    let path = Path::new(name);
+    let load = || scene_of(container::parse(bytes)?, path);
+    load().map_err(|problem| SceneError { file: path.to_owned(), problem })
+}
+
+/// The scene of a parsed file; `path` is where its references start and what names it.
+fn scene_of(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProblem> {
     let document = validate::document(file.root)?;
     let buffers = container::Buffers::load(&document, file.blob, path)?;
     for accessor in document.accessors() {

@@ -61,8 +61,12 @@ pub(super) struct ExactScene {
 
 /// Reads and parses the file, without following its references.
 pub(super) fn read(path: &Path) -> Result<GltfFile, SceneProblem> {
-    let bytes = read_file(path, "it")?;
-    let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(&bytes)? } else { (Cow::Borrowed(&bytes[..]), None) };
+    parse(&read_file(path, "it")?)
+}
+
+/// Parses a file's content, without following its references.
+pub(super) fn parse(bytes: &[u8]) -> Result<GltfFile, SceneProblem> {
+    let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (Cow::Borrowed(bytes), None) };
     let not_gltf = |detail: String| SceneProblem::NotGltf { detail };
     if text.iter().all(u8::is_ascii_whitespace) {
         return Err(not_gltf("the file is empty".to_owned()));
