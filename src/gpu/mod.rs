@@ -16,7 +16,7 @@ mod pool;
 mod readback;
 mod wgsl;
 
-pub use device::{AdapterSummary, GpuError, wanted_features, wanted_limits};
+pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
 pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
 pub use kernel::SamplerKind;

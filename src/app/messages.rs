@@ -1,0 +1,89 @@
+//! What went wrong, as toasts: the cause and what to do about it.
+
+use eframe::egui;
+use egui_notify::{Anchor, Toast, ToastLevel, Toasts};
+
+/// Columns of a toast's text: a toast does not wrap by itself.
+const COLUMNS: usize = 64;
+
+/// Messages for the user.
+pub struct Messages {
+    toasts: Toasts,
+    last: Option<String>,
+}
+
+impl Default for Messages {
+    fn default() -> Self {
+        let toasts = Toasts::default().with_anchor(Anchor::BottomRight).with_margin(egui::vec2(16.0, 44.0));
+        Self { toasts, last: None }
+    }
+}
+
+impl Messages {
+    /// Shows an error until it is closed; the same one is not piled up.
+    pub fn error(&mut self, ctx: &egui::Context, text: &str) {
+        if self.last.as_deref() == Some(text) && !self.toasts.is_empty() {
+            return;
+        }
+        log::error!("{text}");
+        let color = ctx.global_style().visuals.error_fg_color;
+        // Own symbol: the library's is not in the fonts that come with egui.
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("⚠".into(), color));
+        toast.duration(None).closable(true);
+        self.toasts.add(toast);
+        self.last = Some(text.into());
+    }
+
+    /// Shows a note for a while.
+    pub fn note(&mut self, ctx: &egui::Context, text: &str) {
+        let color = ctx.global_style().visuals.hyperlink_color;
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("ℹ".into(), color));
+        toast.duration(std::time::Duration::from_secs(8)).closable(true).show_progress_bar(false);
+        self.toasts.add(toast);
+    }
+
+    /// The last error.
+    pub fn last_error(&self) -> Option<&str> {
+        self.last.as_deref()
+    }
+
+    /// Draws what is to be seen.
+    pub fn show(&mut self, ctx: &egui::Context) {
+        self.toasts.show(ctx);
+    }
+}
+
+/// The text in lines of at most [`COLUMNS`] characters, longer words cut.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let letters: Vec<char> = word.chars().collect();
+        for piece in letters.chunks(COLUMNS) {
+            let piece: String = piece.iter().collect();
+            let line = lines.last_mut().expect("there is always a line");
+            if line.is_empty() {
+                *line = piece;
+            } else if line.chars().count() + 1 + piece.chars().count() <= COLUMNS {
+                line.push(' ');
+                line.push_str(&piece);
+            } else {
+                lines.push(piece);
+            }
+        }
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_hold_every_letter_and_none_is_too_long() {
+        let text = format!("a file {} is damaged: {}", "x".repeat(150), "use another one ".repeat(12));
+        let lines = wrapped(&text);
+        assert!(lines.lines().all(|line| line.chars().count() <= COLUMNS));
+        let letters = |s: &str| s.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+        assert_eq!(letters(&lines), letters(&text));
+    }
+}
