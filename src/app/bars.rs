@@ -123,11 +123,11 @@ impl App {
 
     fn theme_button(&mut self, ui: &mut Ui) {
         let (next, symbol, name) = match self.settings.theme {
-            Theme::System => (Theme::Light, "💻", "Theme: as the system"),
-            Theme::Light => (Theme::Dark, "☀", "Theme: light"),
-            Theme::Dark => (Theme::System, "🌙", "Theme: dark"),
+            Theme::System => (Theme::Light, "Auto", "Theme: as the system has it"),
+            Theme::Light => (Theme::Dark, "Light", "Theme: light"),
+            Theme::Dark => (Theme::System, "Dark", "Theme: dark"),
         };
-        let response = ui.add(Button::new(symbol).frame(false));
+        let response = ui.add(Button::new(symbol));
         if response.accessible_name("Theme").on_hover_text(name).clicked() {
             self.settings.theme = next;
         }

@@ -217,7 +217,7 @@ impl App {
         widgets::row(ui, "Smooth focus", help, |ui| ui.checkbox(&mut settings.smooth_focus, ""));
         let help = "Margin drawn around the picture, from which blur comes in over the border.";
         widgets::row(ui, "Overscan", help, |ui| {
-            ui.spacing_mut().slider_width = (ui.available_width() - 76.0).max(40.0);
+            widgets::fit_slider(ui);
             ui.add(egui::Slider::new(&mut settings.overscan_px, 0..=96).suffix(" px"))
         });
     }
@@ -248,7 +248,7 @@ fn aperture(ui: &mut Ui, aperture: &mut Aperture) {
     match aperture {
         Aperture::Polygon { blades, rotation_deg, roundness } => {
             widgets::row(ui, "Blades", "Corners of the aperture.", |ui| {
-                ui.spacing_mut().slider_width = (ui.available_width() - 76.0).max(40.0);
+                widgets::fit_slider(ui);
                 ui.add(egui::Slider::new(blades, BLADES))
             });
             let help = "Clockwise in the picture; at 0 a corner points up.";

@@ -6,7 +6,7 @@ use eframe::egui::{Align, ComboBox, Label, Layout, Response, Slider, SliderClamp
 use std::ops::RangeInclusive;
 
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 76.0;
+const NUMBER_WIDTH: f32 = 82.0;
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
@@ -28,6 +28,14 @@ pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Res
     .inner
 }
 
+/// Gives a slider what a row has left beside its number.
+pub fn fit_slider(ui: &mut Ui) {
+    let spacing = ui.spacing().item_spacing.x;
+    // Numbers of one width, so that sliders and numbers stand in columns.
+    ui.spacing_mut().interact_size.x = NUMBER_WIDTH;
+    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
+}
+
 /// A slider for a real number; `log` names the least positive value of a logarithmic one.
 pub struct Real<'a> {
     /// Name of the row.
@@ -47,7 +55,7 @@ impl Real<'_> {
     pub fn show(self, ui: &mut Ui, value: &mut f64) -> bool {
         let Self { name, help, unit, range, log } = self;
         row(ui, name, help, |ui| {
-            ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH).max(40.0);
+            fit_slider(ui);
             let mut slider = Slider::new(value, range)
                 .suffix(unit)
                 .clamping(SliderClamping::Edits)
@@ -117,7 +125,7 @@ pub fn param(ui: &mut Ui, param: Param<'_>) -> bool {
         Value::Int { value, range, unit } => {
             let before = *value;
             row(ui, label, help, |ui| {
-                ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH).max(40.0);
+                fit_slider(ui);
                 let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
                 // Counts over several powers of two are felt in ratios.
                 let wide = range.1 / range.0.max(1) > 64;
