@@ -185,6 +185,16 @@ impl App {
         self.messages.last_error()
     }
 
+    /// Why the picture is not up to date, such as a lens that forms no image.
+    pub fn problem(&self) -> Option<&str> {
+        self.viewport.problem()
+    }
+
+    /// [`Engine::depth_at_m`] of the picture.
+    pub fn depth_at_m(&mut self, at: glam::DVec2) -> Option<f64> {
+        self.engine.depth_at_m(at)
+    }
+
     /// Whether everything is shown as it will stay until something is changed.
     pub fn is_settled(&self) -> bool {
         self.started
