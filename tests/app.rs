@@ -200,7 +200,6 @@ fn dragging_orbits_and_the_divider_wipes() {
     drag(&mut window, from, to);
     let moved = window.state().settings().camera.expect("a scene has a camera");
     assert!(moved.position.distance(camera.position) > 1e-3, "dragging moves the camera");
-    assert!(window.state().engine().stats().triangles > 0 || window.state().engine().rendered_frames() > 1);
 }
 
 #[test]
@@ -276,6 +275,6 @@ fn main_window_looks_as_it_did() {
     window.mask(egui::Rect::from_min_max(pos2(676.0, 330.0), pos2(1000.0, 604.0)));
     // 2 % of the pixels: another GPU rounds textures and triangle edges differently; a
     // moved or missing control changes more than that.
-    let tolerance = SnapshotOptions::new().threshold(1.0).failed_pixel_count_threshold(12_800);
+    let tolerance = SnapshotOptions::new().threshold(1.0).max_failed_pixels(12_800);
     window.snapshot_options("main_window", &tolerance);
 }

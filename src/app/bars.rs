@@ -39,7 +39,11 @@ impl App {
         }
         let before = chosen;
         let label = ui.label("Scene");
-        combo(ui, "scene", &mut chosen, &names, 84.0).labelled_by(label.id);
+        let notes = self.engine.source().map(|s| s.source().notes().join("\n\n")).filter(|n| !n.is_empty());
+        let list = combo(ui, "scene", &mut chosen, &names, 84.0).labelled_by(label.id);
+        if let Some(notes) = notes {
+            list.on_hover_text(notes);
+        }
         if let (true, Some(builtin)) = (chosen != before, builtins.get(chosen)) {
             self.open(ui.ctx(), builtin.name);
         }

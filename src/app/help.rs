@@ -13,6 +13,7 @@ const SHEET: &[(&str, &str)] = &[
     ("B", "Compare two methods"),
     ("X", "Swap them"),
     ("Ctrl and +, −, 0", "Size of the interface"),
+    ("Escape", "Take messages away"),
     ("?", "This sheet"),
 ];
 

@@ -2,9 +2,13 @@
 
 use eframe::egui;
 use egui_notify::{Anchor, Toast, ToastLevel, Toasts};
+use std::time::Duration;
 
 /// Columns of a toast's text: a toast does not wrap by itself.
 const COLUMNS: usize = 64;
+
+/// Time for two or three sentences, which is what an error is.
+const SHOWN_FOR: Duration = Duration::from_secs(15);
 
 /// Messages for the user.
 pub struct Messages {
@@ -20,31 +24,28 @@ impl Default for Messages {
 }
 
 impl Messages {
-    /// Shows an error until it is closed; the same one is not piled up.
+    /// Shows an error long enough to be read; the same one is not piled up.
     pub fn error(&mut self, ctx: &egui::Context, text: &str) {
         if self.last.as_deref() == Some(text) && !self.toasts.is_empty() {
             return;
         }
         log::error!("{text}");
         let color = ctx.global_style().visuals.error_fg_color;
-        // Own symbol: the library's is not in the fonts that come with egui.
-        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("⚠".into(), color));
-        toast.duration(None).closable(true);
+        // Own symbol, and no cross to close it: the library's are not in egui's fonts.
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("!".into(), color));
+        toast.duration(SHOWN_FOR).closable(false).show_progress_bar(false);
         self.toasts.add(toast);
         self.last = Some(text.into());
-    }
-
-    /// Shows a note for a while.
-    pub fn note(&mut self, ctx: &egui::Context, text: &str) {
-        let color = ctx.global_style().visuals.hyperlink_color;
-        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("ℹ".into(), color));
-        toast.duration(std::time::Duration::from_secs(8)).closable(true).show_progress_bar(false);
-        self.toasts.add(toast);
     }
 
     /// The last error.
     pub fn last_error(&self) -> Option<&str> {
         self.last.as_deref()
+    }
+
+    /// Takes them all away.
+    pub fn dismiss(&mut self) {
+        self.toasts.dismiss_all_toasts();
     }
 
     /// Draws what is to be seen.

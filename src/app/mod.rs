@@ -230,7 +230,7 @@ impl App {
         }
         if let Some((spec, opened)) = self.loader.poll() {
             match opened {
-                Ok(source) => self.opened(ctx, spec, source),
+                Ok(source) => self.opened(spec, source),
                 Err(error) => self.messages.error(ctx, &error),
             }
         }
@@ -248,10 +248,7 @@ impl App {
         self.loader.start(spec, self.engine.gpu(), ctx);
     }
 
-    fn opened(&mut self, ctx: &egui::Context, spec: String, source: GpuSource) {
-        for note in source.source().notes() {
-            self.messages.note(ctx, note);
-        }
+    fn opened(&mut self, spec: String, source: GpuSource) {
         self.engine.set_source(source);
         let restored = self.settings.scene == spec && self.settings.camera.is_some();
         self.settings.scene = spec;
@@ -293,6 +290,9 @@ impl App {
             return;
         }
         let pressed = |key| ui.input(|i| i.modifiers.is_none() && i.key_pressed(key));
+        if pressed(egui::Key::Escape) {
+            self.messages.dismiss();
+        }
         if pressed(egui::Key::R) {
             self.choose_camera(self.settings.camera_index);
         }

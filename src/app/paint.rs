@@ -130,10 +130,9 @@ pub fn reticle(ui: &Ui, at: Pos2) {
 }
 
 /// A line at the lower border: a hint, or what is wrong.
-pub fn banner(ui: &Ui, area: Rect, text: &str, is_error: bool) {
+pub fn banner(ui: &Ui, area: Rect, text: &str) {
     let painter = ui.painter_at(area);
-    let text = if is_error { format!("⚠  {text}") } else { text.to_owned() };
-    let galley = wrapped(&painter, &text, area.width() - 4.0 * INSET);
+    let galley = wrapped(&painter, text, area.width() - 4.0 * INSET);
     label(&painter, area.center_bottom() - vec2(0.0, INSET + 4.0), Align2::CENTER_BOTTOM, galley);
 }
 

@@ -246,10 +246,10 @@ impl App {
         }
         match (&self.viewport.problem, self.loader.loading()) {
             (_, Some(spec)) => paint::loading(ui, area, spec),
-            (Some(problem), None) => paint::banner(ui, area, problem, true),
+            (Some(problem), None) => paint::banner(ui, area, problem),
             (None, None) if self.viewport.hint && self.engine.source().is_some() => {
                 let hint = "Click what should be sharp · drag to orbit, right-drag to move, scroll to zoom";
-                paint::banner(ui, area, hint, false);
+                paint::banner(ui, area, hint);
             }
             (None, None) => {}
         }
