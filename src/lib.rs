@@ -27,6 +27,8 @@
 //! - Names carry space and unit: `view_from_world`, `coc_diameter_px`, `focus_distance_m`.
 
 pub mod aperture;
+#[cfg(feature = "app")]
+pub mod app;
 pub mod camera;
 pub mod display;
 pub mod gpu;
@@ -35,6 +37,7 @@ pub mod image_io;
 pub mod lens;
 pub mod methods;
 pub mod metrics;
+pub mod present;
 pub mod presets;
 pub mod raytrace;
 pub mod scene;

@@ -92,9 +92,14 @@ pub(super) fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
     adapters
 }
 
-/// The best adapter, or the best of those whose name contains `wanted` (case ignored).
-pub(super) fn choose(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
-    let adapters = adapters(instance);
+/// The best of `adapters`, or the best of those whose name contains `wanted` (case
+/// ignored): real GPUs before software, GL last.
+///
+/// # Errors
+///
+/// No adapter at all, or none of that name.
+pub fn best_adapter(mut adapters: Vec<wgpu::Adapter>, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
+    adapters.sort_by_key(|a| rank(&a.get_info()));
     if adapters.is_empty() {
         return Err(GpuError::NoAdapter);
     }
@@ -105,4 +110,9 @@ pub(super) fn choose(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<
     let matches = |name: &str| name.to_lowercase().contains(&wanted.to_lowercase());
     let found = adapters.into_iter().find(|a| matches(&a.get_info().name));
     found.ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.into(), available: names.join(", ") })
+}
+
+/// [`best_adapter`] of the machine's.
+pub(super) fn choose(instance: &wgpu::Instance, wanted: Option<&str>) -> Result<wgpu::Adapter, GpuError> {
+    best_adapter(adapters(instance), wanted)
 }

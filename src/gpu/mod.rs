@@ -17,13 +17,13 @@ mod radix_sort;
 mod readback;
 mod wgsl;
 
-pub use device::{AdapterSummary, GpuError, wanted_features, wanted_limits};
+pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
 pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
 pub use kernel::SamplerKind;
 pub use pool::{Texture, TextureKey};
 pub use radix_sort::sort_pairs;
-pub use readback::{download, download_depth, upload, upload_scalar};
+pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
 use glam::UVec2;

@@ -73,6 +73,12 @@ pub fn download_depth(gpu: &Gpu, texture: &Texture) -> Image<f32> {
     Image { size: texture.size(), pixels: bytemuck::pod_collect_to_vec(&rows(gpu, texture, 4)) }
 }
 
+/// The texels of an RGBA8 texture, such as [`crate::present`] makes. Waits for the GPU.
+pub fn download_rgba8(gpu: &Gpu, texture: &Texture) -> Image<[u8; 4]> {
+    assert_eq!(texture.format(), wgpu::TextureFormat::Rgba8Unorm, "presented images are Rgba8Unorm");
+    Image { size: texture.size(), pixels: bytemuck::pod_collect_to_vec(&rows(gpu, texture, 4)) }
+}
+
 fn write(gpu: &Gpu, texture: &Texture, bytes: &[u8], texel_bytes: u32) {
     let UVec2 { x: width, y: height } = texture.size();
     let layout =

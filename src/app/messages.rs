@@ -1,0 +1,90 @@
+//! What went wrong, as toasts: the cause and what to do about it.
+
+use eframe::egui;
+use egui_notify::{Anchor, Toast, ToastLevel, Toasts};
+use std::time::Duration;
+
+/// Columns of a toast's text: a toast does not wrap by itself.
+const COLUMNS: usize = 64;
+
+/// Time for two or three sentences, which is what an error is.
+const SHOWN_FOR: Duration = Duration::from_secs(15);
+
+/// Messages for the user.
+pub struct Messages {
+    toasts: Toasts,
+    last: Option<String>,
+}
+
+impl Default for Messages {
+    fn default() -> Self {
+        let toasts = Toasts::default().with_anchor(Anchor::BottomRight).with_margin(egui::vec2(16.0, 44.0));
+        Self { toasts, last: None }
+    }
+}
+
+impl Messages {
+    /// Shows an error long enough to be read; the same one is not piled up.
+    pub fn error(&mut self, ctx: &egui::Context, text: &str) {
+        if self.last.as_deref() == Some(text) && !self.toasts.is_empty() {
+            return;
+        }
+        log::error!("{text}");
+        let color = ctx.global_style().visuals.error_fg_color;
+        // Own symbol, and no cross to close it: the library's are not in egui's fonts.
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("!".into(), color));
+        toast.duration(SHOWN_FOR).closable(false).show_progress_bar(false);
+        self.toasts.add(toast);
+        self.last = Some(text.into());
+    }
+
+    /// The last error.
+    pub fn last_error(&self) -> Option<&str> {
+        self.last.as_deref()
+    }
+
+    /// Takes them all away.
+    pub fn dismiss(&mut self) {
+        self.toasts.dismiss_all_toasts();
+    }
+
+    /// Draws what is to be seen.
+    pub fn show(&mut self, ctx: &egui::Context) {
+        self.toasts.show(ctx);
+    }
+}
+
+/// The text in lines of at most [`COLUMNS`] characters, longer words cut.
+fn wrapped(text: &str) -> String {
+    let mut lines = vec![String::new()];
+    for word in text.split_whitespace() {
+        let letters: Vec<char> = word.chars().collect();
+        for piece in letters.chunks(COLUMNS) {
+            let piece: String = piece.iter().collect();
+            let line = lines.last_mut().expect("there is always a line");
+            if line.is_empty() {
+                *line = piece;
+            } else if line.chars().count() + 1 + piece.chars().count() <= COLUMNS {
+                line.push(' ');
+                line.push_str(&piece);
+            } else {
+                lines.push(piece);
+            }
+        }
+    }
+    lines.join("\n")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lines_hold_every_letter_and_none_is_too_long() {
+        let text = format!("a file {} is damaged: {}", "x".repeat(150), "use another one ".repeat(12));
+        let lines = wrapped(&text);
+        assert!(lines.lines().all(|line| line.chars().count() <= COLUMNS));
+        let letters = |s: &str| s.chars().filter(|c| !c.is_whitespace()).collect::<String>();
+        assert_eq!(letters(&lines), letters(&text));
+    }
+}

@@ -1,0 +1,157 @@
+//! What a display shows of a linear HDR texture, on the GPU: [`Display`] into RGBA8, and
+//! overlays of the quantities behind a picture.
+//!
+//! The formulas are those of [`crate::display`], which a test holds them to.
+
+use crate::display::{Display, ToneMap};
+use crate::gpu::{Frame, Shader, Texture};
+use crate::lens::Lens;
+use crate::metrics::colormap::ColorMap;
+use crate::view::View;
+use crate::{shader, uniform};
+
+const SHADER: Shader = shader!("present");
+
+/// Format of what is presented: sRGB-encoded values, alpha 1.
+pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
+
+/// The difference of display values, in [0, 1], that reaches the end of the colour map.
+/// Fixed, so that two difference images can be compared by eye.
+pub const DIFFERENCE_FULL_SCALE: f32 = 0.25;
+
+uniform! {
+    struct Present {
+        gain: f32,
+        tone_map: u32,
+        full_scale: f32,
+        overscan: u32,
+    }
+}
+
+impl Present {
+    fn new(display: &Display) -> Self {
+        let tone_map = match display.tone_map {
+            ToneMap::None => 0,
+            ToneMap::Reinhard => 1,
+            ToneMap::Agx => 2,
+        };
+        Self { gain: display.exposure_ev.exp2(), tone_map, full_scale: 1.0, overscan: 0 }
+    }
+}
+
+/// A quantity to be shown instead of, or over, the picture.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Overlay {
+    /// The signed CoC: [`Map::Diverging`] from `-full_scale_px` to `full_scale_px`.
+    Coc {
+        /// |c| at the ends of the map, px, above 0.
+        full_scale_px: f32,
+    },
+    /// Reciprocal depth: [`Map::Sequential`] from infinity to the nearest surface.
+    Depth,
+    /// Which part is sharp: it keeps its colours, the rest is grey with a tint of the
+    /// ends of [`Map::Diverging`].
+    Zone {
+        /// |c| up to which a point counts as sharp, px.
+        acceptable_px: f32,
+    },
+}
+
+/// A colour map, for the shader and for legends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Map {
+    /// Blue in front of the focus distance, near white in focus, orange behind it: hues
+    /// that all common forms of colour blindness tell apart.
+    Diverging,
+    /// Viridis.
+    Sequential,
+    /// Magma, as for the error maps of [`crate::metrics`].
+    Error,
+}
+
+impl Map {
+    /// sRGB-encoded 8-bit colour of `t`, clamped to [0, 1].
+    pub fn srgb8(self, t: f32) -> [u8; 3] {
+        match self {
+            Self::Diverging => diverging(t),
+            Self::Sequential => ColorMap::Viridis.srgb8(t),
+            Self::Error => ColorMap::Magma.srgb8(t),
+        }
+    }
+
+    /// 256 steps of the map as the shader reads them.
+    fn table(self) -> Vec<[f32; 4]> {
+        let encoded = |v: u8| f32::from(v) / 255.0;
+        let step = |i: u8| self.srgb8(encoded(i)).map(encoded);
+        (0..=255).map(step).map(|[r, g, b]| [r, g, b, 1.0]).collect()
+    }
+}
+
+fn diverging(t: f32) -> [u8; 3] {
+    const FRONT: [f32; 3] = [28.0, 92.0, 201.0];
+    const FOCUS: [f32; 3] = [240.0, 238.0, 232.0];
+    const BEHIND: [f32; 3] = [214.0, 94.0, 10.0];
+    let signed = t.clamp(0.0, 1.0) * 2.0 - 1.0;
+    let end = if signed < 0.0 { FRONT } else { BEHIND };
+    std::array::from_fn(|i| (FOCUS[i] + (end[i] - FOCUS[i]) * signed.abs()).round() as u8)
+}
+
+/// The display values of `color` in a texture of [`FORMAT`].
+pub fn picture(frame: &mut Frame<'_>, color: &Texture, display: &Display) -> Texture {
+    let result = frame.texture("picture", color.size(), FORMAT);
+    frame
+        .pass(&SHADER, "picture")
+        .uniform("present", &Present::new(display))
+        .texture("color", color)
+        .texture("result", &result)
+        .dispatch(color.size());
+    result
+}
+
+/// `overlay` over `color`, which is a picture of `view` through `lens`.
+///
+/// Panics if `color` does not have the view's size.
+pub fn overlay(
+    frame: &mut Frame<'_>,
+    view: &mut View,
+    color: &Texture,
+    lens: &Lens,
+    display: &Display,
+    overlay: Overlay,
+) -> Texture {
+    assert_eq!(color.size(), view.size(), "a picture of the view has its size");
+    let depth = view.pinhole(frame).depth;
+    let result = frame.texture("overlay", color.size(), FORMAT);
+    let (entry, map, full_scale) = match overlay {
+        Overlay::Coc { full_scale_px } => ("coc", Map::Diverging, full_scale_px),
+        // A view of nothing but the background has no nearest surface: any scale will do.
+        Overlay::Depth => ("reciprocal_depth", Map::Sequential, view.z_bounds(frame)[1].max(f32::MIN_POSITIVE)),
+        Overlay::Zone { acceptable_px } => ("zone", Map::Diverging, acceptable_px),
+    };
+    let present = Present { full_scale, overscan: view.overscan_px(), ..Present::new(display) };
+    let color_map = frame.gpu().buffer_of("colour map", &map.table());
+    let mut pass = frame.pass(&SHADER, entry).uniform("present", &present).texture("depth", &depth);
+    if overlay != Overlay::Depth {
+        pass = pass.uniform("lens", &view.lens_uniform(lens)).texture("color", color);
+    }
+    pass.buffer("color_map", &color_map).texture("result", &result).dispatch(color.size());
+    result
+}
+
+/// |a - b| of the display values, the greatest channel, [`Map::Error`] from 0 to
+/// [`DIFFERENCE_FULL_SCALE`]. Panics if the sizes differ.
+pub fn difference(frame: &mut Frame<'_>, a: &Texture, b: &Texture, display: &Display) -> Texture {
+    assert_eq!(a.size(), b.size(), "images of one size are compared");
+    let result = frame.texture("difference", a.size(), FORMAT);
+    let present = Present { full_scale: DIFFERENCE_FULL_SCALE, ..Present::new(display) };
+    let color_map = frame.gpu().buffer_of("colour map", &Map::Error.table());
+    frame
+        .pass(&SHADER, "difference")
+        .uniform("present", &present)
+        .texture("color", a)
+        .texture("other", b)
+        .buffer("color_map", &color_map)
+        .texture("result", &result)
+        .dispatch(a.size());
+    result
+}
