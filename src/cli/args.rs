@@ -14,6 +14,12 @@ pub struct Cli {
     pub command: Option<Command>,
     /// What to show in the window: a built-in name, a .glb or .gltf file, or an image with depth
     pub scene: Option<String>,
+    /// Graphics adapter for the window, by a part of its name
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Saves the whole window as a PNG once the picture is there, and ends
+    #[arg(long, value_name = "FILE")]
+    pub screenshot: Option<PathBuf>,
 }
 
 /// What to do.

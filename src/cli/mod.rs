@@ -28,11 +28,11 @@ pub fn main() -> ExitCode {
 }
 
 fn run(cli: Cli) -> anyhow::Result<()> {
-    match cli.command {
-        None => window(cli.scene.as_deref()),
-        Some(Command::Render(args)) => render::run(&args),
-        Some(Command::Compare(args)) => compare::run(&args),
-        Some(Command::Diff(args)) => diff::run(&args),
+    match &cli.command {
+        None => window(cli),
+        Some(Command::Render(args)) => render::run(args),
+        Some(Command::Compare(args)) => compare::run(args),
+        Some(Command::Diff(args)) => diff::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),
         Some(Command::Scenes(args)) => list::scenes(args.json),
         Some(Command::Lenses(args)) => list::lenses(args.json),
@@ -40,8 +40,15 @@ fn run(cli: Cli) -> anyhow::Result<()> {
     }
 }
 
-fn window(scene: Option<&str>) -> anyhow::Result<()> {
-    let scene = scene.unwrap_or("cans");
+#[cfg(feature = "app")]
+fn window(cli: Cli) -> anyhow::Result<()> {
+    let Cli { scene, adapter, screenshot, command: _ } = cli;
+    defocus::app::run(defocus::app::AppOptions { scene, adapter, screenshot, settings: None })
+}
+
+#[cfg(not(feature = "app"))]
+fn window(cli: Cli) -> anyhow::Result<()> {
+    let scene = cli.scene.as_deref().unwrap_or("cans");
     anyhow::bail!(
         "this build has no window; use the command line: defocus render {scene} -o out.png, or defocus --help"
     )

@@ -4,6 +4,7 @@ use glam::UVec2;
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
+use std::thread::ThreadId;
 
 /// What makes two textures interchangeable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -128,10 +129,14 @@ impl Texture {
     }
 }
 
-/// Free textures by key, and how many bytes are in use.
+/// Free textures, and how many bytes are in use.
+///
+/// A texture may be given back while the commands that use it wait to be submitted. Later
+/// commands of the same thread come after them on the queue and may overwrite it; another
+/// thread's may come before, so each thread is given only what it gave back itself.
 #[derive(Default)]
 pub(super) struct Pool {
-    free: Mutex<HashMap<TextureKey, Vec<(wgpu::Texture, u64)>>>,
+    free: Mutex<HashMap<(ThreadId, TextureKey), Vec<(wgpu::Texture, u64)>>>,
     generation: AtomicU64,
     live_bytes: AtomicU64,
     peak_bytes: AtomicU64,
@@ -142,7 +147,9 @@ const KEPT_FRAMES: u64 = 8;
 
 impl Pool {
     pub(super) fn take(self: &Arc<Self>, device: &wgpu::Device, label: &str, key: TextureKey) -> Texture {
-        let free = self.free.lock().expect("no panic while the pool is locked").get_mut(&key).and_then(Vec::pop);
+        let thread = std::thread::current().id();
+        let free =
+            self.free.lock().expect("no panic while the pool is locked").get_mut(&(thread, key)).and_then(Vec::pop);
         let texture = match free {
             Some((texture, _)) => texture,
             None => create(device, label, key),
@@ -155,7 +162,9 @@ impl Pool {
     fn give_back(&self, key: TextureKey, texture: wgpu::Texture) {
         self.live_bytes.fetch_sub(key.bytes(), Ordering::Relaxed);
         let now = self.generation.load(Ordering::Relaxed);
-        self.free.lock().expect("no panic while the pool is locked").entry(key).or_default().push((texture, now));
+        let thread = std::thread::current().id();
+        let mut free = self.free.lock().expect("no panic while the pool is locked");
+        free.entry((thread, key)).or_default().push((texture, now));
     }
 
     /// Starts a frame: the peak counts from here, textures long unused are freed.
@@ -177,7 +186,7 @@ impl Pool {
     /// Bytes held, in use or free.
     pub(super) fn held_bytes(&self) -> u64 {
         let free = self.free.lock().expect("no panic while the pool is locked");
-        let free: u64 = free.iter().map(|(key, textures)| key.bytes() * textures.len() as u64).sum();
+        let free: u64 = free.iter().map(|((_, key), textures)| key.bytes() * textures.len() as u64).sum();
         free + self.live_bytes.load(Ordering::Relaxed)
     }
 }
