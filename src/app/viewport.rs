@@ -19,6 +19,9 @@ const SLOW_FRAME_MS: f64 = 60.0;
 /// How long the camera must rest before a reduced picture is refined, seconds.
 const REST_SECONDS: f64 = 0.2;
 
+/// A picture with a shorter side than this, px, shows nothing worth drawing.
+const LEAST_SIDE_PX: u32 = 16;
+
 /// Zoom for a point of scrolling, as an exponent: a notch of 50 points is 13 %.
 const ZOOM_PER_POINT: f64 = 0.0025;
 
@@ -113,7 +116,7 @@ impl App {
         let ppp = f64::from(ui.ctx().pixels_per_point());
         let px = |points: f32| (f64::from(points.max(0.0)) * ppp).round() as u32;
         self.viewport.area_px = uvec2(px(area.width()), px(area.height()));
-        if self.viewport.area_px.min_element() == 0 {
+        if self.viewport.area_px.min_element() < LEAST_SIDE_PX {
             return;
         }
         let now_s = ui.input(|i| i.time);
