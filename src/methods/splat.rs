@@ -20,7 +20,9 @@
 //! **M1 and M2.** The paper adds them to L1 and L2, "because they are mostly in similar
 //! depths". Where they are not, and a hidden surface lies within delta of a blurred visible
 //! one that is complete by itself, the sum shows half of each. "filling" adds of H only as
-//! much as V leaves of an alpha of 1; where H completes a surface of V the two agree.
+//! much as V leaves of an alpha of 1; where H completes a surface of V the two agree. It is
+//! the default: against accumulation, the built-in cans focused on the wall have 33.2 dB
+//! without H, 32.0 dB with it added and 33.8 dB with it filling (192x144, 64 lens points).
 
 use super::sprites::{SpriteTable, SpritesUniform, sum_format};
 use super::{About, Apertures, Method, MethodError, Param};
