@@ -335,3 +335,24 @@ fn sums_in_f16_are_close_where_32_bits_cannot_be_blended() {
         assert!(greatest > 0.0, "{id}: the plain device sums in 32 bits, too");
     }
 }
+
+#[test]
+fn what_is_hidden_close_behind_fills_and_does_not_mix() {
+    // Behind the near square (c = -24 px) a larger one at c = -20 px: within delta of it.
+    let near = quad(NEAR_M, vec2(-0.22, -0.25), vec2(0.25, 0.2), 0);
+    let next = quad(1.15, vec2(-0.45, -0.1), vec2(0.45, 0.3), 2);
+    let wall = quad(WALL_M, vec2(-5.0, -4.0), vec2(5.0, 4.0), 1);
+    let materials = vec![unlit(vec3(0.9, 0.5, 0.1)), textured(), unlit(vec3(0.1, 0.2, 0.6))];
+    let scene = common::scene(vec![near, next, wall], materials);
+    let mut view = view_of(&scene, uvec2(128, 96));
+    let lens = wall_lens();
+    let reference = render(&Accumulation { samples: 128, view_dependent: false }, &mut view, &lens).image;
+    let mut psnr = |blend: &str| {
+        let mut splat = Splat::default();
+        methods::set_param(&mut splat, "hidden_blend", blend).unwrap();
+        psnr_db(&render(&splat, &mut view, &lens).image, &reference)
+    };
+    let (filling, added) = (psnr("filling"), psnr("added"));
+    eprintln!("PSNR filling {filling:.2} dB, added {added:.2} dB");
+    assert!(filling > added + 1.0, "filling {filling:.2} dB, added {added:.2} dB");
+}

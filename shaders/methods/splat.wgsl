@@ -23,6 +23,8 @@ struct Params {
     layered: u32,
     /// 1: each layer is divided by its alpha as it is composed.
     normalised: u32,
+    /// 1: the hidden image adds no more to a layer than is missing there.
+    filling: u32,
     /// 1: bright pixels are made brighter, for images that were cut at white.
     highlights: u32,
     /// lambda_0, beta and gamma of equation (8).
@@ -43,9 +45,12 @@ struct Params {
 @group(0) @binding(8) var layer_front: texture_2d<f32>;
 @group(0) @binding(9) var layer_same: texture_2d<f32>;
 @group(0) @binding(10) var layer_behind: texture_2d<f32>;
-@group(0) @binding(11) var behind_z: texture_storage_2d<r32float, write>;
-@group(0) @binding(12) var chosen_arrays: texture_storage_2d<r32uint, write>;
-@group(0) @binding(13) var result: texture_storage_2d<COLOR_FORMAT, write>;
+/// Of the hidden image: M1 and M2.
+@group(0) @binding(11) var hidden_same: texture_2d<f32>;
+@group(0) @binding(12) var hidden_behind: texture_2d<f32>;
+@group(0) @binding(13) var behind_z: texture_storage_2d<r32float, write>;
+@group(0) @binding(14) var chosen_arrays: texture_storage_2d<r32uint, write>;
+@group(0) @binding(15) var result: texture_storage_2d<COLOR_FORMAT, write>;
 
 fn visible_coc_px(p: vec2i) -> f32 {
     return coc_diameter_px(lens, textureLoad(visible_depth, clamp_to_image(p, textureDimensions(visible_depth)), 0).r);
@@ -288,10 +293,28 @@ fn over(near: vec4f, far: vec4f) -> vec4f {
     return normalised(near + max(1.0 - near.a, 0.0) * far);
 }
 
+fn composed(behind: vec4f, same: vec4f, front: vec4f) -> vec4f {
+    return vec4f(over(front, over(same, normalised(behind))).rgb, 1.0);
+}
+
 @compute @workgroup_size(8, 8)
-fn compose(@builtin(global_invocation_id) id: vec3u) {
-    var light = normalised(textureLoad(layer_behind, id.xy, 0));
-    light = over(textureLoad(layer_same, id.xy, 0), light);
-    light = over(textureLoad(layer_front, id.xy, 0), light);
-    textureStore(result, id.xy, vec4f(light.rgb, 1.0));
+fn compose_visible(@builtin(global_invocation_id) id: vec3u) {
+    let front = textureLoad(layer_front, id.xy, 0);
+    let same = textureLoad(layer_same, id.xy, 0);
+    textureStore(result, id.xy, composed(textureLoad(layer_behind, id.xy, 0), same, front));
+}
+
+/// A visible layer with what the hidden image adds to it.
+fn completed(visible: vec4f, hidden: vec4f) -> vec4f {
+    let missing = max(1.0 - visible.a, 0.0);
+    let cut = params.filling != 0u && hidden.a > missing;
+    return visible + hidden * select(1.0, missing / hidden.a, cut);
+}
+
+@compute @workgroup_size(8, 8)
+fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
+    let front = textureLoad(layer_front, id.xy, 0);
+    let same = completed(textureLoad(layer_same, id.xy, 0), textureLoad(hidden_same, id.xy, 0));
+    let behind = completed(textureLoad(layer_behind, id.xy, 0), textureLoad(hidden_behind, id.xy, 0));
+    textureStore(result, id.xy, composed(behind, same, front));
 }

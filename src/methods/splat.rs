@@ -15,8 +15,14 @@
 //! its range in view: with stored depth near / d the two are the same scale, and it does
 //! not change with the lens.
 //!
-//! H is summed into the layers of V at once: the paper composes M1 + L1 and M2 + L2. Where
-//! the alphas of overlapping CoCs sum to more than 1, `1 - alpha` is taken as 0.
+//! Where the alphas of overlapping CoCs sum to more than 1, `1 - alpha` is taken as 0.
+//!
+//! **M1 and M2.** The paper adds them to L1 and L2, "because they are mostly in similar
+//! depths". Where they are not, and a hidden surface lies within delta of a blurred visible
+//! one that is complete by itself, the sum shows half of each. "filling" adds of H only as
+//! much as V leaves of an alpha of 1; where H completes a surface of V the two agree. It is
+//! the default: against accumulation, the built-in cans focused on the wall have 33.2 dB
+//! without H, 32.0 dB with it added and 33.8 dB with it filling (192x144, 64 lens points).
 
 use super::sprites::{SpriteTable, SpritesUniform, sum_format};
 use super::{About, Apertures, Method, MethodError, Param};
@@ -28,11 +34,16 @@ use glam::UVec2;
 
 const SHADER: Shader = shader!("methods/splat");
 
+/// How the hidden image's layers meet the visible one's.
+pub const HIDDEN_BLENDS: &[&str] = &["filling", "added"];
+
 /// Point splatting with the paper's constants as parameters.
 #[derive(Clone, Debug)]
 pub struct Splat {
     /// Whether a hidden image is drawn and splatted (section 3.2).
     pub hidden: bool,
+    /// Index into [`HIDDEN_BLENDS`].
+    pub hidden_blend: usize,
     /// epsilon: how far behind the visible surface a hidden one must lie, over the range
     /// of c in view (section 3.2: 0.05).
     pub separation: f32,
@@ -61,6 +72,7 @@ impl Default for Splat {
     fn default() -> Self {
         Self {
             hidden: true,
+            hidden_blend: 0,
             separation: 0.05,
             occlusion: 0.01,
             layers: true,
@@ -82,6 +94,7 @@ uniform! {
         occlusion_px: f32,
         layered: u32,
         normalised: u32,
+        filling: u32,
         highlights: u32,
         highlight_threshold: f32,
         highlight_falloff: f32,
@@ -113,6 +126,13 @@ impl Method for Splat {
                 "Hidden image",
                 &mut self.hidden,
                 "Draw what lies behind partially occluding foreground and splat it too, section 3.2. Scenes only.",
+            ),
+            Param::choice(
+                "hidden_blend",
+                "Hidden image is",
+                &mut self.hidden_blend,
+                HIDDEN_BLENDS,
+                "added: as in section 3.5. filling: no more of it than the visible layers leave to be filled.",
             ),
             Param::float(
                 "separation",
@@ -194,14 +214,15 @@ impl Method for Splat {
         let arrays = self.accelerate.then(|| pass.choose_arrays(frame));
         pass.splat_sharp(frame);
         pass.splat_visible(frame, arrays.as_ref());
-        if self.hidden_is_needed(frame, view, lens) {
-            let limit = pass.hidden_limit(frame);
-            let query = LayerQuery { below: Some(&limit), ..LayerQuery::NEAREST };
-            let hidden = view.layer(frame, "hidden", query)?;
-            frame.expose("hidden", &hidden.color);
-            pass.splat_hidden(frame, &hidden);
+        if !self.hidden_is_needed(frame, view, lens) {
+            return Ok(pass.compose(frame, None));
         }
-        Ok(pass.compose(frame))
+        let limit = pass.hidden_limit(frame);
+        let query = LayerQuery { below: Some(&limit), ..LayerQuery::NEAREST };
+        let hidden = view.layer(frame, "hidden", query)?;
+        frame.expose("hidden", &hidden.color);
+        let hidden_layers = pass.splat_hidden(frame, &hidden);
+        Ok(pass.compose(frame, Some(&hidden_layers)))
     }
 
     fn boxed(&self) -> Box<dyn Method> {
@@ -236,6 +257,7 @@ impl Splat {
             occlusion_px: self.occlusion * (farthest_px - nearest_px) as f32,
             layered: self.layers.into(),
             normalised: self.normalise.into(),
+            filling: (HIDDEN_BLENDS[self.hidden_blend] == "filling").into(),
             highlights: self.highlights.into(),
             highlight_threshold: self.highlight_threshold,
             highlight_falloff: self.highlight_falloff,
@@ -318,19 +340,23 @@ impl Splatting {
     fn splat_visible(&self, frame: &mut Frame<'_>, arrays: Option<&Texture>) {
         let pixels = self.visible.depth.size().element_product();
         let Some(arrays) = arrays else {
-            self.draw(frame, ["vs_pixel", "fs_visible"], &self.visible, &self.layers).vertices(4, pixels);
+            self.draw(frame, ["vs_pixel", "fs_visible"], &self.visible, &self.layers, None).vertices(4, pixels);
             return;
         };
         let blocks = arrays.size().element_product();
         for (vertex, sprites) in [("vs_block", blocks), ("vs_pixel_not_reduced", pixels)] {
-            let draw = self.draw(frame, [vertex, "fs_visible"], &self.visible, &self.layers);
+            let draw = self.draw(frame, [vertex, "fs_visible"], &self.visible, &self.layers, None);
             draw.texture("arrays", arrays).vertices(4, sprites);
         }
     }
 
-    fn splat_hidden(&self, frame: &mut Frame<'_>, hidden: &Layer) {
+    /// M1 and M2.
+    fn splat_hidden(&self, frame: &mut Frame<'_>, hidden: &Layer) -> [Texture; 2] {
         let pixels = hidden.depth.size().element_product();
-        self.draw(frame, ["vs_hidden", "fs_hidden"], hidden, &self.layers[1..]).vertices(4, pixels);
+        let format = self.layers[0].format();
+        let layers = ["hidden at", "hidden behind"].map(|label| frame.texture(label, self.size, format));
+        self.draw(frame, ["vs_hidden", "fs_hidden"], hidden, &layers, Some([0.0; 4])).vertices(4, pixels);
+        layers
     }
 
     fn draw<'f, 'g>(
@@ -339,10 +365,11 @@ impl Splatting {
         [vertex, fragment]: [&'static str; 2],
         source: &Layer,
         layers: &[Texture],
+        clear: Option<[f64; 4]>,
     ) -> Draw<'f, 'g> {
         let mut draw = frame.draw(&SHADER, vertex, fragment).strips();
         for layer in layers {
-            draw = draw.target(layer, Blend::Add, None);
+            draw = draw.target(layer, Blend::Add, clear);
         }
         draw.uniform("lens", &self.lens)
             .uniform("sprites", &self.sprites)
@@ -353,14 +380,24 @@ impl Splatting {
             .texture("idf_sums", &self.idf_sums)
     }
 
-    fn compose(&self, frame: &mut Frame<'_>) -> Texture {
+    fn compose(&self, frame: &mut Frame<'_>, hidden: Option<&[Texture; 2]>) -> Texture {
         let [front, same, behind] = &self.layers;
         for (name, layer) in [("L0: in front", front), ("L1: at", same), ("L2: behind", behind)] {
             frame.expose(name, layer);
         }
         let result = frame.color_texture("splat", self.size);
-        let pass = frame.pass(&SHADER, "compose").uniform("params", &self.params).texture("result", &result);
-        pass.texture("layer_front", front)
+        let pass = match hidden {
+            None => frame.pass(&SHADER, "compose_visible"),
+            Some([hidden_same, hidden_behind]) => {
+                frame.expose("M1: hidden, at", hidden_same);
+                frame.expose("M2: hidden, behind", hidden_behind);
+                let pass = frame.pass(&SHADER, "compose_with_hidden").texture("hidden_same", hidden_same);
+                pass.texture("hidden_behind", hidden_behind)
+            }
+        };
+        pass.uniform("params", &self.params)
+            .texture("result", &result)
+            .texture("layer_front", front)
             .texture("layer_same", same)
             .texture("layer_behind", behind)
             .dispatch(self.size);
