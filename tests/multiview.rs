@@ -131,11 +131,11 @@ fn culling_changes_nothing() {
     let mut view = view_of(&three_depths(), 4);
     for aperture in [Aperture::Disc, Aperture::Gaussian { sigma_per_coc: 0.5 }] {
         let lens = Lens { aperture, ..lens(16.0, 2.0) };
-        for intersection in 0..INTERSECTIONS.len() {
+        for (intersection, name) in INTERSECTIONS.iter().enumerate() {
             let method = Multiview { samples: 16, intersection, ..Multiview::default() };
             let culled = render(&method, &mut view, &lens);
             let whole = render(&Multiview { culling: false, ..method }, &mut view, &lens);
-            assert_eq!(culled, whole, "{} {:?}", INTERSECTIONS[intersection], lens.aperture);
+            assert_eq!(culled, whole, "{name} {:?}", lens.aperture);
         }
     }
 }
