@@ -1,46 +1,24 @@
 // The scene rasteriser: colour and stored depth of a layer of surfaces.
 //
 // Everything is in view space (right, up, backwards; metres), brought there in f64 by the
-// CPU, so that a camera far from the origin is as steady as one at it. Shading is glTF 2.0
-// metallic-roughness (appendix B) under punctual lights and the analytic environment that
-// src/scene/mod.rs defines; the CPU ray tracer derives the same independently.
+// CPU, so that a camera far from the origin is as steady as one at it. The CPU ray tracer
+// derives the shading of lib/shading.wgsl independently.
 
 #import color
-
-const PI = 3.14159265;
+#import shading
 
 struct View {
     /// Reversed, infinite depth; sheared for a lens point (src/camera.rs).
     clip_from_view: mat4x4f,
-    /// World axes in view space: columns x, y, z.
-    view_from_world_x: vec4f,
-    view_from_world_y: vec4f,
-    view_from_world_z: vec4f,
-    zenith: vec4f,
-    horizon: vec4f,
-    ground: vec4f,
+    environment: Environment,
     /// Position that shading looks from: the lens centre, or the lens point if what a
     /// surface emits is to depend on the view.
     shading_eye: vec3f,
-    softbox: f32,
     /// Fragments whose stored depth z lies outside [z_far, z_near] are not in the layer.
     z_near: f32,
     z_far: f32,
-    light_count: u32,
     /// 1: the base colour is what is seen, whatever the light.
     unlit: u32,
-}
-
-struct Light {
-    position: vec3f,
-    /// Reciprocal of the range; 0 for none.
-    inverse_range: f32,
-    direction: vec3f,
-    /// 0 directional, 1 point, 2 spot.
-    kind: u32,
-    intensity: vec3f,
-    cos_inner: f32,
-    cos_outer: f32,
 }
 
 struct Material {
@@ -142,11 +120,6 @@ fn base_color(in: Surface) -> vec4f {
     return base;
 }
 
-fn unit(v: vec3f, otherwise: vec3f) -> vec3f {
-    let length2 = dot(v, v);
-    return select(otherwise, v * inverseSqrt(max(length2, 1e-30)), length2 > 1e-30);
-}
-
 fn shading_normal(in: Surface, front: bool) -> vec3f {
     let toward_eye = unit(-in.position, vec3f(0.0, 0.0, 1.0));
     var normal = unit(in.normal, toward_eye);
@@ -162,79 +135,12 @@ fn shading_normal(in: Surface, front: bool) -> vec3f {
     return select(-normal, normal, front);
 }
 
-// ---- the environment (see Environment in src/scene/mod.rs) ----
-
-fn height(direction: vec3f) -> f32 {
-    return dot(direction, view.view_from_world_y.xyz);
+/// Whether a surface shows its base colour, whatever the light. Uniform over a draw.
+fn is_unlit() -> bool {
+    return (material.unlit | view.unlit) != 0u;
 }
 
-fn environment_radiance(direction: vec3f) -> vec3f {
-    let y = height(direction);
-    if y >= 0.0 {
-        return mix(view.horizon.rgb, view.zenith.rgb, y);
-    }
-    return mix(view.horizon.rgb, view.ground.rgb, min(-3.0 * y, 1.0));
-}
-
-fn ambient(normal: vec3f) -> vec3f {
-    let low = 0.5 * (view.ground.rgb + view.horizon.rgb);
-    let high = 0.5 * (view.zenith.rgb + view.horizon.rgb);
-    return mix(low, high, 0.5 * (height(normal) + 1.0));
-}
-
-fn reflected(direction: vec3f, roughness: f32) -> vec3f {
-    let base = mix(environment_radiance(direction), ambient(direction), roughness);
-    let width = 0.02 + 0.3 * roughness;
-    var boxes = 0.0;
-    if view.softbox == 0.0 {
-        return base;
-    }
-    for (var i = 0u; i < 4u; i++) {
-        let sx = select(-1.0, 1.0, (i & 1u) != 0u);
-        let sz = select(-0.6, 0.6, (i & 2u) != 0u);
-        let world = normalize(vec3f(sx, 1.2, sz));
-        let axis = view.view_from_world_x.xyz * world.x + view.view_from_world_y.xyz * world.y + view.view_from_world_z.xyz * world.z;
-        boxes += smoothstep(0.9 - width, 0.9 + width, dot(direction, axis));
-    }
-    return base + view.softbox * boxes;
-}
-
-/// Split-sum environment BRDF, analytic fit (Karis, "Physically Based Shading on Mobile", 2014).
-fn environment_brdf(f0: vec3f, roughness: f32, n_dot_v: f32) -> vec3f {
-    let r = roughness * vec4f(-1.0, -0.0275, -0.572, 0.022) + vec4f(1.0, 0.0425, 1.04, -0.04);
-    let a004 = min(r.x * r.x, exp2(-9.28 * n_dot_v)) * r.x + r.y;
-    let ab = vec2f(-1.04, 1.04) * a004 + r.zw;
-    return f0 * ab.x + ab.y;
-}
-
-// ---- punctual lights (KHR_lights_punctual) ----
-
-struct Incident {
-    to_light: vec3f,
-    radiance: vec3f,
-}
-
-fn incident(light: Light, position: vec3f) -> Incident {
-    if light.kind == 0u {
-        return Incident(-light.direction, light.intensity);
-    }
-    let offset = light.position - position;
-    let distance2 = max(dot(offset, offset), 1e-8);
-    let to_light = offset * inverseSqrt(distance2);
-    let relative2 = distance2 * light.inverse_range * light.inverse_range;
-    var falloff = clamp(1.0 - relative2 * relative2, 0.0, 1.0) / distance2;
-    if light.kind == 2u {
-        let cosine = dot(-to_light, light.direction);
-        let cone = clamp((cosine - light.cos_outer) / max(light.cos_inner - light.cos_outer, 1e-4), 0.0, 1.0);
-        falloff *= cone * cone;
-    }
-    return Incident(to_light, light.intensity * falloff);
-}
-
-fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
-    if (material.unlit | view.unlit) != 0u {
-        return base.rgb;
-    }
+fn surface_point(in: Surface, front: bool, base: vec4f) -> SurfacePoint {
     let normal = shading_normal(in, front);
     var emitted = material.emissive;
     if has(EMISSIVE) {
@@ -247,36 +153,19 @@ fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
         metallic *= texel.b;
         roughness *= texel.g;
     }
-    // Below this the highlight of a punctual light is smaller than a pixel can hold.
-    let alpha = pow(max(roughness, 0.045), 2.0);
-    let alpha2 = alpha * alpha;
-    let f0 = mix(vec3f(0.04), base.rgb, metallic);
-    let diffuse_albedo = base.rgb * (1.0 - metallic);
-    let to_eye = unit(view.shading_eye - in.position, normal);
-    let n_dot_v = clamp(dot(normal, to_eye), 1e-4, 1.0);
+    return SurfacePoint(in.position, normal, base.rgb, metallic, roughness, emitted);
+}
 
-    var sum = emitted;
-    for (var i = 0u; i < view.light_count; i++) {
-        let light = incident(lights[i], in.position);
-        let n_dot_l = dot(normal, light.to_light);
-        if n_dot_l <= 0.0 {
-            continue;
-        }
-        let halfway = unit(to_eye + light.to_light, normal);
-        let n_dot_h = clamp(dot(normal, halfway), 0.0, 1.0);
-        let v_dot_h = clamp(dot(to_eye, halfway), 0.0, 1.0);
-        let d_root = n_dot_h * n_dot_h * (alpha2 - 1.0) + 1.0;
-        let distribution = alpha2 / (PI * d_root * d_root);
-        let smith_v = n_dot_l * sqrt(n_dot_v * n_dot_v * (1.0 - alpha2) + alpha2);
-        let smith_l = n_dot_v * sqrt(n_dot_l * n_dot_l * (1.0 - alpha2) + alpha2);
-        let visibility = 0.5 / max(smith_v + smith_l, 1e-6);
-        let fresnel = f0 + (1.0 - f0) * pow(1.0 - v_dot_h, 5.0);
-        let brdf = (1.0 - fresnel) * diffuse_albedo / PI + fresnel * (distribution * visibility);
-        sum += brdf * light.radiance * n_dot_l;
+fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
+    if is_unlit() {
+        return base.rgb;
     }
-    let mirror = reflect(-to_eye, normal);
-    sum += diffuse_albedo * ambient(normal);
-    sum += environment_brdf(f0, roughness, n_dot_v) * reflected(mirror, roughness);
+    let point = surface_point(in, front, base);
+    let seen = facing(point, view.shading_eye);
+    var sum = point.emitted + from_environment(view.environment, point, seen);
+    for (var i = 0u; i < view.environment.light_count; i++) {
+        sum += from_light(lights[i], point, seen);
+    }
     return sum;
 }
 
@@ -318,6 +207,38 @@ fn fs_layer(in: Surface, @builtin(front_facing) front: bool) -> Layer {
     return layer(color, in.clip.z);
 }
 
+// ---- surfaces unshaded, for a method that shades them from many eyes ----
+
+struct Attributes {
+    /// What is emitted whatever the eye; alpha 1 where the layer has a surface.
+    @location(0) emitted: vec4f,
+    @location(1) z: f32,
+    /// Base colour, roughness.
+    @location(2) base_roughness: vec4f,
+    /// Normal, metallic; a normal of 0 where light plays no part.
+    @location(3) normal_metallic: vec4f,
+}
+
+fn unshaded(color: vec3f, z: f32) -> Attributes {
+    let seen = layer(color, z);
+    return Attributes(seen.color, z, vec4f(0.0), vec4f(0.0));
+}
+
+@fragment
+fn fs_attributes(in: Surface, @builtin(front_facing) front: bool) -> Attributes {
+    let base = base_color(in);
+    var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
+    if !is_unlit() {
+        point = surface_point(in, front, base);
+    }
+    if base.a < material.alpha_cutoff || !in_layer(in.clip) {
+        discard;
+    }
+    let emitted = layer(point.emitted, in.clip.z).color;
+    let base_roughness = vec4f(point.base_color, point.roughness);
+    return Attributes(emitted, in.clip.z, base_roughness, vec4f(point.normal, point.metallic));
+}
+
 // ---- what is seen where nothing is: the environment, at infinity ----
 
 struct Sky {
@@ -335,7 +256,7 @@ fn sky_color(in: Sky) -> vec3f {
     // At infinity only the direction counts: x_ndc = sx * x/d + shear.
     let m = view.clip_from_view;
     let slope = vec2f((in.ndc.x + m[2][0]) / m[0][0], (in.ndc.y + m[2][1]) / m[1][1]);
-    return environment_radiance(normalize(vec3f(slope, -1.0)));
+    return environment_radiance(view.environment, normalize(vec3f(slope, -1.0)));
 }
 
 @fragment
@@ -349,4 +270,12 @@ fn fs_sky_layer(in: Sky) -> Layer {
         discard;
     }
     return layer(sky_color(in), 0.0);
+}
+
+@fragment
+fn fs_sky_attributes(in: Sky) -> Attributes {
+    if !in_layer(vec4f(in.clip.xy, 0.0, 1.0)) {
+        discard;
+    }
+    return unshaded(sky_color(in), 0.0);
 }

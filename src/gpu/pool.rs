@@ -106,15 +106,13 @@ impl Texture {
         &self.0.whole
     }
 
-    /// A 2D view of one level (of layer 0).
+    /// A view of one level: 2D, or of an array with all its layers.
     pub fn level_view(&self, level: u32) -> &wgpu::TextureView {
         let views = self.0.levels.get_or_init(|| {
             let of_level = |level| {
                 self.0.texture.create_view(&wgpu::TextureViewDescriptor {
-                    dimension: Some(wgpu::TextureViewDimension::D2),
                     base_mip_level: level,
                     mip_level_count: Some(1),
-                    array_layer_count: Some(1),
                     ..Default::default()
                 })
             };

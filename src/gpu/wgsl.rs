@@ -28,6 +28,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/color"),
     shader!("lib/lens"),
     shader!("lib/sampling"),
+    shader!("lib/shading"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),
 ];

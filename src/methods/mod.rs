@@ -7,6 +7,7 @@
 mod accumulation;
 mod linear;
 mod mipmap;
+pub mod multiview;
 mod opaque;
 mod param;
 mod pinhole;
@@ -21,6 +22,7 @@ mod subimages;
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
+pub use multiview::Multiview;
 pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
 pub use pinhole::Pinhole;
@@ -41,6 +43,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Pinhole),
         Box::new(Accumulation::default()),
         Box::new(Mipmap::default()),
+        Box::new(Multiview::default()),
         Box::new(Preblur::default()),
         Box::new(Separable::default()),
         Box::new(Linear::default()),

@@ -11,6 +11,7 @@ mod raster;
 mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
+pub use pipelines::EnvironmentUniform;
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
@@ -20,6 +21,8 @@ use crate::lens::Lens;
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
 use raster::{SceneSource, Shot};
+use std::any::{Any, TypeId};
+use std::collections::HashMap;
 use std::sync::Arc;
 
 /// The largest overscan that is drawn unasked, px.
@@ -33,6 +36,30 @@ pub struct Layer {
     pub color: Texture,
     /// R32F: stored depth z = near / d, 0 where there is nothing or the background.
     pub depth: Texture,
+}
+
+/// A layer of surfaces not yet shaded, as images of the outer size; all RGBA16F but
+/// `depth`, all 0 where the layer has no surface.
+#[derive(Clone, Debug)]
+pub struct SurfaceLayer {
+    /// Linear radiance that is seen from everywhere (emission, unlit surfaces, the
+    /// background); alpha as in [`Layer::color`].
+    pub emitted: Texture,
+    /// As [`Layer::depth`].
+    pub depth: Texture,
+    /// Base colour; alpha is the roughness.
+    pub base_roughness: Texture,
+    /// Shading normal in view space, 0 where light plays no part; alpha is the metalness.
+    pub normal_metallic: Texture,
+}
+
+/// What `shaders/lib/shading.wgsl` needs beside a surface.
+#[derive(Clone, Debug)]
+pub struct Shading {
+    /// `Environment` there.
+    pub environment: EnvironmentUniform,
+    /// A storage array of `Light`.
+    pub lights: wgpu::Buffer,
 }
 
 /// Which surfaces a layer holds: per pixel, the nearest that satisfies both bounds.
@@ -111,6 +138,7 @@ pub struct View {
     z_bounds: Option<[f32; 2]>,
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
+    kept: HashMap<TypeId, Box<dyn Any + Send + Sync>>,
 }
 
 /// Where the number of replaced pixels is known.
@@ -158,7 +186,15 @@ impl View {
     }
 
     fn new(source: Source, projection: Projection) -> Self {
-        Self { source, projection, pinhole: None, z_bounds: None, depth_m: None, repaired: Repaired::Counted(0) }
+        Self {
+            source,
+            projection,
+            pinhole: None,
+            z_bounds: None,
+            depth_m: None,
+            repaired: Repaired::Counted(0),
+            kept: HashMap::new(),
+        }
     }
 
     /// Pixels of the image whose colour or depth was not a number and was replaced. Waits
@@ -201,6 +237,15 @@ impl View {
         self.pinhole = None;
         self.z_bounds = None;
         self.depth_m = None;
+        self.kept.clear();
+    }
+
+    /// A place, empty at first, for what a method derives from this view and wants back in
+    /// its next frame: one for each type, emptied when scene, camera, size or overscan
+    /// changes.
+    pub fn kept<T: Any + Send + Sync>(&mut self) -> &mut Option<T> {
+        let place = self.kept.entry(TypeId::of::<T>()).or_insert_with(|| Box::new(None::<T>));
+        place.downcast_mut().expect("the place of a type holds that type")
     }
 
     /// The projection, with size, overscan and near plane.
@@ -250,13 +295,7 @@ impl View {
         }
         let layer = match &self.source {
             Source::Image(layer) => layer.clone(),
-            Source::Scene(source) => {
-                let pinhole = Lens::PINHOLE;
-                let clip_from_view = self.projection.clip_from_view(&pinhole, DVec2::ZERO);
-                let query = LayerQuery::NEAREST;
-                let shot = Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query };
-                source.draw(frame, "pinhole", &shot)
-            }
+            Source::Scene(source) => source.draw(frame, "pinhole", &self.pinhole_shot(LayerQuery::NEAREST)),
         };
         self.pinhole = Some(layer.clone());
         layer
@@ -265,9 +304,38 @@ impl View {
     /// A farther layer or a slab, as the pinhole sees it. Errors for an image.
     pub fn layer(&mut self, frame: &mut Frame<'_>, label: &str, query: LayerQuery<'_>) -> Result<Layer, ViewError> {
         let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("hidden surfaces")) };
+        Ok(source.draw(frame, label, &self.pinhole_shot(query)))
+    }
+
+    /// As [`View::layer`], but what its surfaces are made of instead of what they show.
+    pub fn surface_layer(
+        &mut self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        query: LayerQuery<'_>,
+    ) -> Result<SurfaceLayer, ViewError> {
+        let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("surfaces to shade")) };
+        Ok(source.draw_surfaces(frame, label, &self.pinhole_shot(query)))
+    }
+
+    /// What shades a [`SurfaceLayer`]. Errors for an image.
+    pub fn shading(&self) -> Result<Shading, ViewError> {
+        let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("surfaces to shade")) };
+        Ok(source.shading())
+    }
+
+    fn pinhole_shot<'a>(&'a self, query: LayerQuery<'a>) -> Shot<'a> {
         let clip_from_view = self.projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
-        let shot = Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query };
-        Ok(source.draw(frame, label, &shot))
+        Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query }
+    }
+
+    /// Whether [`View::layer`] may find anything between these depths: `false` only where it
+    /// certainly would not. Draws nothing.
+    pub fn may_hold(&self, query: &LayerQuery<'_>) -> bool {
+        match &self.source {
+            Source::Image(_) => true,
+            Source::Scene(source) => source.may_hold(&self.pinhole_shot(*query)),
+        }
     }
 
     /// The inner frame (no overscan) of the scene from the lens point `v`, with the plane

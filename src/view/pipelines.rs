@@ -15,18 +15,36 @@ uniform! {
     /// `View` in `scene.wgsl`.
     pub(super) struct ViewUniform {
         pub clip_from_view: [[f32; 4]; 4],
-        pub view_from_world_x: [f32; 4],
-        pub view_from_world_y: [f32; 4],
-        pub view_from_world_z: [f32; 4],
-        pub zenith: [f32; 4],
-        pub horizon: [f32; 4],
-        pub ground: [f32; 4],
+        pub environment: EnvironmentUniform,
         pub shading_eye: [f32; 3],
-        pub softbox: f32,
         pub z_near: f32,
         pub z_far: f32,
-        pub light_count: u32,
         pub unlit: u32,
+        pub _pad: [u32; 2],
+    }
+}
+
+uniform! {
+    /// `Environment` in `shaders/lib/shading.wgsl`.
+    pub struct EnvironmentUniform {
+        /// World x axis in view space.
+        pub view_from_world_x: [f32; 4],
+        /// World y axis in view space.
+        pub view_from_world_y: [f32; 4],
+        /// World z axis in view space.
+        pub view_from_world_z: [f32; 4],
+        /// Radiance straight up.
+        pub zenith: [f32; 4],
+        /// Radiance at the horizon.
+        pub horizon: [f32; 4],
+        /// Radiance straight down.
+        pub ground: [f32; 4],
+        /// Radiance of the soft boxes.
+        pub softbox: f32,
+        /// Number of lights.
+        pub light_count: u32,
+        /// To a multiple of 16 bytes.
+        pub _pad: [u32; 2],
     }
 }
 
@@ -68,11 +86,23 @@ pub(super) struct Variant {
     pub mirrored: bool,
 }
 
-/// Which layer is drawn: the nearest, or a farther one or slab, which drops fragments.
+/// Which layer is drawn: the nearest, or a farther one or slab, which drops fragments, or
+/// one of those with what its surfaces are made of instead of what they show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum LayerKind {
     Nearest,
     Farther,
+    Attributes,
+}
+
+impl LayerKind {
+    /// Formats of its targets, after a colour and the stored depth.
+    fn attributes(self) -> &'static [wgpu::TextureFormat] {
+        match self {
+            Self::Nearest | Self::Farther => &[],
+            Self::Attributes => &[COLOR, COLOR],
+        }
+    }
 }
 
 /// Formats of a layer: colour and stored depth.
@@ -222,6 +252,7 @@ fn surface_pipeline(
     let step_mode = wgpu::VertexStepMode::Instance;
     let instances = wgpu::VertexBufferLayout { array_stride: INSTANCE_STRIDE, step_mode, attributes: &rows };
     let fragment = match (kind, variant.masked) {
+        (LayerKind::Attributes, _) => "fs_attributes",
         (LayerKind::Farther, _) => "fs_layer",
         (LayerKind::Nearest, true) => "fs_masked",
         (LayerKind::Nearest, false) => "fs_opaque",
@@ -233,7 +264,8 @@ fn surface_pipeline(
     };
     // Reversed depth: nearer is greater.
     let test = wgpu::CompareFunction::Greater;
-    pipeline(device, layout, module, ["vs_surface", fragment], &[Some(vertices), Some(instances)], primitive, test)
+    let buffers = [Some(vertices), Some(instances)];
+    pipeline(device, layout, module, ["vs_surface", fragment], Geometry { buffers: &buffers, primitive, test }, kind)
 }
 
 fn sky_pipeline(
@@ -245,10 +277,19 @@ fn sky_pipeline(
     let fragment = match kind {
         LayerKind::Nearest => "fs_sky",
         LayerKind::Farther => "fs_sky_layer",
+        LayerKind::Attributes => "fs_sky_attributes",
     };
     // At infinity, z = 0: passes only where nothing else was drawn.
     let test = wgpu::CompareFunction::GreaterEqual;
-    pipeline(device, layout, module, ["vs_sky", fragment], &[], Default::default(), test)
+    let geometry = Geometry { buffers: &[], primitive: Default::default(), test };
+    pipeline(device, layout, module, ["vs_sky", fragment], geometry, kind)
+}
+
+/// What vertices are and which of their fragments count.
+struct Geometry<'a> {
+    buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
+    primitive: wgpu::PrimitiveState,
+    test: wgpu::CompareFunction,
 }
 
 fn pipeline(
@@ -256,10 +297,11 @@ fn pipeline(
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
     [vertex, fragment]: [&str; 2],
-    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-    primitive: wgpu::PrimitiveState,
-    test: wgpu::CompareFunction,
+    geometry: Geometry<'_>,
+    kind: LayerKind,
 ) -> wgpu::RenderPipeline {
+    let targets = [COLOR, STORED_DEPTH].iter().chain(kind.attributes());
+    let targets: Vec<_> = targets.map(|&format| Some(format.into())).collect();
     let compilation_options = wgpu::PipelineCompilationOptions::default();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
@@ -268,13 +310,13 @@ fn pipeline(
             module,
             entry_point: Some(vertex),
             compilation_options: compilation_options.clone(),
-            buffers,
+            buffers: geometry.buffers,
         },
-        primitive,
+        primitive: geometry.primitive,
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_BUFFER,
             depth_write_enabled: Some(true),
-            depth_compare: Some(test),
+            depth_compare: Some(geometry.test),
             stencil: Default::default(),
             bias: Default::default(),
         }),
@@ -283,7 +325,7 @@ fn pipeline(
             module,
             entry_point: Some(fragment),
             compilation_options,
-            targets: &[Some(COLOR.into()), Some(STORED_DEPTH.into())],
+            targets: &targets,
         }),
         multiview_mask: None,
         cache: None,

@@ -1,8 +1,8 @@
 //! Drawing layers of a scene.
 
-use super::pipelines::{DEPTH_BUFFER, LayerKind, LightElement, ViewUniform};
+use super::pipelines::{COLOR, DEPTH_BUFFER, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, ViewUniform};
 use super::upload::{DrawItem, GpuScene};
-use super::{Layer, LayerQuery};
+use super::{Layer, LayerQuery, Shading, SurfaceLayer};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Frame, Gpu, Texture};
 use crate::scene::{Environment, LightKind};
@@ -59,15 +59,34 @@ impl SceneSource {
 
     /// Draws one layer as seen in `shot`.
     pub(super) fn draw(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> Layer {
-        let gpu = frame.gpu();
         let size = shot.projection.outer_size();
         let layer = Layer {
-            color: frame.texture("layer colour", size, super::pipelines::COLOR),
-            depth: frame.texture("layer depth", size, super::pipelines::STORED_DEPTH),
+            color: frame.texture("layer colour", size, COLOR),
+            depth: frame.texture("layer depth", size, STORED_DEPTH),
         };
-        let depth_buffer = frame.texture("depth buffer", size, DEPTH_BUFFER);
         let kind = if shot.query.is_nearest() { LayerKind::Nearest } else { LayerKind::Farther };
-        let visible = self.cull(&shot.clip_from_view, shot.query.z_far);
+        self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth]);
+        layer
+    }
+
+    /// Draws what the surfaces of one layer are made of.
+    pub(super) fn draw_surfaces(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> SurfaceLayer {
+        let size = shot.projection.outer_size();
+        let layer = SurfaceLayer {
+            emitted: frame.texture("layer emission", size, COLOR),
+            depth: frame.texture("layer depth", size, STORED_DEPTH),
+            base_roughness: frame.texture("layer base colour", size, COLOR),
+            normal_metallic: frame.texture("layer normal", size, COLOR),
+        };
+        let targets = [&layer.emitted, &layer.depth, &layer.base_roughness, &layer.normal_metallic];
+        self.draw_into(frame, label, shot, LayerKind::Attributes, &targets);
+        layer
+    }
+
+    fn draw_into(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>, kind: LayerKind, targets: &[&Texture]) {
+        let gpu = frame.gpu();
+        let depth_buffer = frame.texture("depth buffer", targets[0].size(), DEPTH_BUFFER);
+        let visible = self.cull(&shot.clip_from_view, &shot.query);
         frame.stats.triangles += visible.iter().map(VisibleItem::triangles).sum::<u64>();
         frame.stats.views += 1;
 
@@ -81,12 +100,10 @@ impl SceneSource {
             end_of_pass_write_index: Some(first + 1),
         });
         let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
+        let attachments: Vec<_> = targets.iter().map(|t| Some(crate::gpu::attachment(t.view(), clear))).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some(label),
-            color_attachments: &[
-                Some(crate::gpu::attachment(layer.color.view(), clear)),
-                Some(crate::gpu::attachment(layer.depth.view(), clear)),
-            ],
+            color_attachments: &attachments,
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: depth_buffer.view(),
                 depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
@@ -113,14 +130,22 @@ impl SceneSource {
             pass.set_bind_group(1, &self.scene.materials[0], &[]);
             pass.draw(0..3, 0..1);
         }
-        drop(pass);
-        layer
     }
 
-    /// What may touch the frustum, opaque before masked, nearest first: hidden fragments
+    /// What shades a point as the rasteriser does.
+    pub(super) fn shading(&self) -> Shading {
+        Shading { environment: self.environment(), lights: self.lights.clone() }
+    }
+
+    /// Whether a layer may hold anything: `false` only where it certainly is empty.
+    pub(super) fn may_hold(&self, shot: &Shot<'_>) -> bool {
+        shot.query.z_far <= 0.0 || !self.cull(&shot.clip_from_view, &shot.query).is_empty()
+    }
+
+    /// What may touch the layer's part of the frustum, opaque before masked, nearest first: hidden fragments
     /// then fail the depth test before they are shaded.
-    fn cull<'a>(&'a self, clip_from_view: &Mat4, z_far: f32) -> Vec<VisibleItem<'a>> {
-        let planes = frustum(clip_from_view, z_far);
+    fn cull<'a>(&'a self, clip_from_view: &Mat4, query: &LayerQuery<'_>) -> Vec<VisibleItem<'a>> {
+        let planes = frustum(clip_from_view, query);
         let nearest_first = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
         let visible = |item: &'a DrawItem| {
             let spheres =
@@ -144,6 +169,18 @@ impl SceneSource {
     }
 
     fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
+        ViewUniform {
+            clip_from_view: shot.clip_from_view.to_cols_array_2d(),
+            environment: self.environment(),
+            shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),
+            z_near: shot.query.z_near,
+            z_far: shot.query.z_far,
+            unlit: self.scene.options.unlit.into(),
+            ..Default::default()
+        }
+    }
+
+    fn environment(&self) -> EnvironmentUniform {
         let axes = self.camera.view_from_world().matrix3;
         let axis = |v: glam::DVec3| v.as_vec3().extend(0.0).to_array();
         let rgb = |v: Vec3| v.extend(0.0).to_array();
@@ -151,20 +188,16 @@ impl SceneSource {
             Environment::Black => (Vec3::ZERO, Vec3::ZERO, Vec3::ZERO, 0.0),
             Environment::Studio { zenith, horizon, ground, softbox } => (zenith, horizon, ground, softbox),
         };
-        ViewUniform {
-            clip_from_view: shot.clip_from_view.to_cols_array_2d(),
+        EnvironmentUniform {
             view_from_world_x: axis(axes.x_axis),
             view_from_world_y: axis(axes.y_axis),
             view_from_world_z: axis(axes.z_axis),
             zenith: rgb(zenith),
             horizon: rgb(horizon),
             ground: rgb(ground),
-            shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),
             softbox,
-            z_near: shot.query.z_near,
-            z_far: shot.query.z_far,
             light_count: self.scene.lights.len() as u32,
-            unlit: self.scene.options.unlit.into(),
+            ..Default::default()
         }
     }
 }
@@ -217,12 +250,13 @@ fn light(light: &crate::scene::Light, view_from_world: &DAffine3) -> LightElemen
     }
 }
 
-/// Planes (unit normal, offset) with the frustum on the positive side: left, right,
-/// bottom, top, near, and far where the layer ends before infinity.
-fn frustum(clip_from_view: &Mat4, z_far: f32) -> Vec<Vec4> {
+/// Planes (unit normal, offset) with the layer on the positive side: left, right, bottom,
+/// top, its near bound, and its far bound where it ends before infinity.
+fn frustum(clip_from_view: &Mat4, query: &LayerQuery<'_>) -> Vec<Vec4> {
+    let z_far = query.z_far;
     let row = |i| clip_from_view.row(i);
     let (x, y, z, w) = (row(0), row(1), row(2), row(3));
-    let mut planes = vec![w + x, w - x, w + y, w - y, w - z];
+    let mut planes = vec![w + x, w - x, w + y, w - y, w * query.z_near - z];
     if z_far > 0.0 {
         planes.push(z - w * z_far);
     }

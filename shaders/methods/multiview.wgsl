@@ -1,0 +1,298 @@
+// multiview: lens rays traced through slabs of the scene (src/methods/multiview/mod.rs).
+//
+// Lee, Eisemann and Seidel, SIGGRAPH Asia 2009, sections 4.3 to 4.5. In (x, y, c) lens rays
+// are straight: the ray through output pixel p and lens point v is at
+//
+//   p - v * c / 2        (src/lib.rs)
+//
+// and a slab is a height field of c over the image, bounded in c:
+//
+//        p                        c grows away from the eye
+//   -----|-----  slab 0           the ray leans over by |v|/2 px for each px of c:
+//      \ |                        little within a slab
+//   ----\|-----  slab 1
+//        |\  ....  c = 0: in focus, every ray is at p
+//   -----|-\---  slab 2
+
+#import lens
+#import shading
+
+struct Params {
+    /// For each slab: side of the square that its rays cross around a pixel, and of the
+    /// windows that its N-buffer holds, px.
+    windows: array<vec4u, 16>,
+    /// Position of the output's corner in the arrays, px.
+    origin: vec2f,
+    /// What of the arrays is image.
+    frame_low: vec2f,
+    frame_high: vec2f,
+    slab_count: u32,
+    /// Lens points per pixel.
+    samples: u32,
+    /// Sets of lens points: each pixel uses one of them.
+    sets: u32,
+    /// Greatest offset of a jittered lens point per axis.
+    jitter: f32,
+    /// 1: false position; 0: steps.
+    false_position: u32,
+    /// Lambda: diameter of a ray's cone over C; 0 for a ray without width.
+    cone_per_coc: f32,
+    culling: u32,
+    /// 1: slabs hold what surfaces are made of, and rays shade them.
+    shading: u32,
+    /// Centre of the image in the arrays, px.
+    centre: vec2f,
+    /// Distance of the image plane, px.
+    focal_px: f32,
+    near_m: f32,
+    /// Radius of the lens, metres.
+    lens_radius_m: f32,
+}
+
+@group(0) @binding(0) var<uniform> lens: Lens;
+@group(0) @binding(1) var<uniform> params: Params;
+@group(0) @binding(2) var slab_color: texture_2d_array<f32>;
+@group(0) @binding(3) var slab_depth: texture_2d_array<f32>;
+@group(0) @binding(4) var n_buffer: texture_2d_array<f32>;
+@group(0) @binding(5) var linear_clamp: sampler;
+@group(0) @binding(6) var<storage, read> content: array<vec2u>;
+@group(0) @binding(7) var<storage, read> lens_points: array<vec2f>;
+@group(0) @binding(8) var pinhole: texture_2d<f32>;
+@group(0) @binding(9) var result: texture_storage_2d<COLOR_FORMAT, write>;
+@group(0) @binding(10) var slab_base: texture_2d_array<f32>;
+@group(0) @binding(11) var slab_normal: texture_2d_array<f32>;
+@group(0) @binding(12) var<uniform> environment: Environment;
+@group(0) @binding(13) var<storage, read> lights: array<Light>;
+
+struct Ray {
+    /// Position in the arrays where c = 0, px.
+    pixel: vec2f,
+    /// Lens point.
+    v: vec2f,
+}
+
+fn at(ray: Ray, c: f32) -> vec2f {
+    return ray.pixel - ray.v * (0.5 * c);
+}
+
+fn in_frame(p: vec2f) -> bool {
+    return all(p >= params.frame_low) && all(p < params.frame_high);
+}
+
+/// Nearest and farthest c between which a ray is over the image: however blurred the slabs
+/// are, only that part of it is searched.
+fn over_frame(ray: Ray) -> vec2f {
+    let v = select(ray.v, vec2f(1e-9), abs(ray.v) < vec2f(1e-9));
+    let a = 2.0 * (ray.pixel - params.frame_low) / v;
+    let b = 2.0 * (ray.pixel - params.frame_high) / v;
+    let nearest = min(a, b);
+    let farthest = max(a, b);
+    return vec2f(max(nearest.x, nearest.y), min(farthest.x, farthest.y));
+}
+
+/// c of a texel with nothing: farther than anything.
+const EMPTY_C = 1e30;
+
+/// c of the slab's surface under a position, EMPTY_C without one.
+fn surface_c(p: vec2f, slab: u32) -> f32 {
+    if !in_frame(p) {
+        return EMPTY_C;
+    }
+    let z = textureLoad(slab_depth, vec2i(p), slab, 0).r;
+    return select(coc_diameter_px(lens, z), EMPTY_C, z < 0.0);
+}
+
+// ---- where a ray meets a slab ----
+
+/// Nearest and farthest c that the slab really holds.
+fn bounds(slab: u32) -> vec2f {
+    let bits = content[slab];
+    return vec2f(coc_diameter_px(lens, bitcast<f32>(bits.x - 1u)), coc_diameter_px(lens, bitcast<f32>(bits.y)));
+}
+
+/// Method of false position (section 4.3, Fig. 5): the surface between two points of the
+/// ray is taken as straight. It starts between the slab's bounds, as if the surface lay at
+/// the far one where the ray enters and at the near one where it leaves.
+fn false_position(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
+    var low = near;
+    var low_height = far;
+    var high = far;
+    var high_height = near;
+    var c = 0.5 * (near + far);
+    for (var i = 0u; i < 3u; i++) {
+        let height = surface_c(at(ray, c), slab);
+        if height == EMPTY_C {
+            if i > 0u {
+                break;
+            }
+            // Only now are the ends looked up; an empty one keeps the bound with which the
+            // intersection stays in the slab.
+            let entry = surface_c(at(ray, near), slab);
+            let exit = surface_c(at(ray, far), slab);
+            low_height = select(entry, far, entry == EMPTY_C);
+            high_height = select(exit, near, exit == EMPTY_C);
+        } else if height < c {
+            high = c;
+            high_height = height;
+        } else {
+            low = c;
+            low_height = height;
+        }
+        let low_gap = max(low_height - low, 0.0);
+        let high_gap = max(high - high_height, 0.0);
+        if low_gap + high_gap < 1e-4 {
+            break;
+        }
+        c = mix(low, high, low_gap / (low_gap + high_gap));
+    }
+    return c;
+}
+
+/// Steps over which the ray moves by a pixel at most: the first surface before which it
+/// was and behind which it is.
+fn stepped(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
+    let steps = ceil(max(0.5 * length(ray.v) * (far - near), 1.0));
+    let step = (far - near) / steps;
+    for (var i = 0.0; i < steps; i += 1.0) {
+        let c = near + (i + 0.5) * step;
+        let height = surface_c(at(ray, c), slab);
+        if height <= c + 0.5 * step {
+            return max(height, c - 0.5 * step);
+        }
+    }
+    return 0.5 * (near + far);
+}
+
+// ---- what it finds there: sections 4.4 and 5 ----
+
+/// One of the slab arrays over the cone at position p. A ray without width takes a texel.
+fn over_cone(array: texture_2d_array<f32>, p: vec2f, slab: u32, c: f32) -> vec4f {
+    if params.cone_per_coc == 0.0 {
+        return textureLoad(array, vec2i(p), slab, 0);
+    }
+    let diameter = params.cone_per_coc * abs(c);
+    let uv = p / vec2f(textureDimensions(array));
+    return textureSampleLevel(array, linear_clamp, uv, slab, log2(max(diameter, 1.0)));
+}
+
+/// Radiance times coverage, and coverage, of the slab where the ray is at c.
+fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
+    let p = at(ray, c);
+    if !in_frame(p) {
+        return vec4f(0.0);
+    }
+    let part = over_cone(slab_color, p, slab, c);
+    if params.shading == 0u || part.a <= 0.0 {
+        return part;
+    }
+    let normal = over_cone(slab_normal, p, slab, c) / part.a;
+    let length2 = dot(normal.xyz, normal.xyz);
+    if length2 < 1e-4 {
+        return part;
+    }
+    let base = over_cone(slab_base, p, slab, c) / part.a;
+    let depth_m = params.near_m / max((lens.k_px - c) / lens.slope_px, 1e-9);
+    let position = vec3f((p - params.centre) * vec2f(1.0, -1.0) / params.focal_px, -1.0) * depth_m;
+    let normal_here = normal.xyz * inverseSqrt(length2);
+    let point = SurfacePoint(position, normal_here, base.rgb, normal.a, base.a, part.rgb / part.a);
+    let facing_lens = facing(point, vec3f(ray.v * vec2f(1.0, -1.0) * params.lens_radius_m, 0.0));
+    var radiance = point.emitted + from_environment(environment, point, facing_lens);
+    for (var i = 0u; i < environment.light_count; i++) {
+        radiance += from_light(lights[i], point, facing_lens);
+    }
+    return vec4f(radiance * part.a, part.a);
+}
+
+/// Radiance times weight, and weight in [0, 1], along a ray; `slabs` are those that may
+/// be hit, a bit each.
+fn trace(ray: Ray, slabs: u32) -> vec4f {
+    let frame = over_frame(ray);
+    var sum = vec4f(0.0);
+    var left = slabs;
+    while left != 0u {
+        let slab = firstTrailingBit(left);
+        left &= left - 1u;
+        let range = bounds(slab);
+        let near = max(range.x, frame.x);
+        let far = min(range.y, frame.y);
+        if near > far {
+            continue;
+        }
+        var c: f32;
+        if params.false_position != 0u {
+            c = false_position(ray, slab, near, far);
+        } else {
+            c = stepped(ray, slab, near, far);
+        }
+        let part = seen(ray, slab, c);
+        // Section 4.4 has v1 c1 + (1 - v1) rest. Surfaces cut by a slab's bound cover
+        // disjoint parts of the cone: their coverages add up instead of multiplying.
+        if part.a > 0.0 {
+            sum += part * (min(part.a, 1.0 - sum.a) / part.a);
+        }
+        if sum.a > 0.998 {
+            break;
+        }
+    }
+    return sum;
+}
+
+// ---- which slabs can be hit at all: the N-buffer, section 4.3 ----
+
+fn nearest_z(corner: vec2i, slab: u32) -> f32 {
+    return textureLoad(n_buffer, clamp(corner, vec2i(0), vec2i(textureDimensions(n_buffer)) - 1), slab, 0).r;
+}
+
+fn may_hit(pixel: vec2i, slab: u32) -> bool {
+    if content[slab].x == 0u {
+        return false;
+    }
+    if params.culling == 0u {
+        return true;
+    }
+    // Four windows that overlap make any square up to twice their side.
+    let side = i32(params.windows[slab].x);
+    let low = pixel - side / 2;
+    let high = low + side - i32(params.windows[slab].y);
+    let left = max(nearest_z(low, slab), nearest_z(vec2i(low.x, high.y), slab));
+    let right = max(nearest_z(vec2i(high.x, low.y), slab), nearest_z(high, slab));
+    return max(left, right) >= 0.0;
+}
+
+/// PCG hash (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
+fn hash(x: u32) -> u32 {
+    let state = x * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+@compute @workgroup_size(8, 8)
+fn trace_lens(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(result)) {
+        return;
+    }
+    let pixel = params.origin + vec2f(id.xy) + 0.5;
+    var slabs = 0u;
+    for (var i = 0u; i < params.slab_count; i++) {
+        if may_hit(vec2i(pixel), i) {
+            slabs |= 1u << i;
+        }
+    }
+    let noise = hash(id.x + hash(id.y));
+    let first = (noise % params.sets) * params.samples;
+    // Section 4.5: four values make 16 pairs, each for a sixteenth of the lens points.
+    let four = params.jitter * (vec4f(vec4u(noise, noise >> 8u, noise >> 16u, noise >> 24u) & vec4u(255u)) / 127.5 - 1.0);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < params.samples; i++) {
+        let pair = i * 16u / params.samples;
+        let v = lens_points[first + i] + vec2f(four[pair & 3u], four[pair >> 2u]);
+        sum += trace(Ray(pixel, v), slabs);
+    }
+    // Rays that leave the frame find nothing: the others stand for them. Where all leave
+    // it, the pinhole image is the best guess.
+    var color = sum.rgb / max(sum.a, 1e-6);
+    if sum.a < 1e-3 {
+        color = textureLoad(pinhole, vec2i(pixel - params.frame_low), 0).rgb;
+    }
+    textureStore(result, id.xy, vec4f(color, 1.0));
+}

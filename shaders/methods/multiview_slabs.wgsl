@@ -1,0 +1,148 @@
+// multiview: slabs of the scene as arrays that rays can be traced in
+// (src/methods/multiview/slabs.rs and nbuffer.rs).
+//
+// Lee, Eisemann and Seidel, SIGGRAPH Asia 2009, sections 4.2 to 4.4. One array layer for
+// each slab, in a frame padded to whole texels of the coarsest mipmap level:
+//
+//   slab_color   linear radiance times coverage, and coverage (1 or 0 at level 0); the
+//                emission only where rays do the shading
+//   slab_base    base colour and roughness, times coverage
+//   slab_normal  normal and metalness, times coverage
+//   slab_depth   stored depth z = near / d of the surface, EMPTY_Z where there is none
+//   n_buffer     greatest z (nearest surface) over a square window right of and below
+//                the texel
+
+const EMPTY_Z = -1.0;
+
+struct Gather {
+    /// Bounds of the slab, both included.
+    z_near: f32,
+    z_far: f32,
+    slab: u32,
+    _unused: u32,
+    /// Texels left of and above the image in the arrays.
+    padding: vec2i,
+}
+
+@group(0) @binding(0) var<uniform> gather: Gather;
+@group(0) @binding(1) var color: texture_2d<f32>;
+@group(0) @binding(2) var depth: texture_2d<f32>;
+@group(0) @binding(3) var slab_color: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(4) var slab_depth: texture_storage_2d_array<r32float, write>;
+/// For each slab: bits of the greatest z plus 1 (0 while nothing was found), of the least.
+@group(0) @binding(5) var<storage, read_write> content: array<atomic<u32>>;
+
+var<workgroup> nearest: atomic<u32>;
+var<workgroup> farthest: atomic<u32>;
+
+/// Whether x is neither NaN nor infinite. By its bits: compilers may assume that no NaN
+/// occurs and drop a comparison.
+fn is_finite(x: f32) -> bool {
+    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
+}
+
+fn finite_or_zero(x: f32) -> f32 {
+    return select(0.0, x, is_finite(x));
+}
+
+/// Puts one drawn slab (or the slab's part of an image) into the arrays and notes which
+/// depths it really holds.
+@compute @workgroup_size(16, 16)
+fn gather_slab(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    if index == 0u {
+        atomicStore(&nearest, 0u);
+        atomicStore(&farthest, 0xffffffffu);
+    }
+    workgroupBarrier();
+    let at = vec2i(id.xy) - gather.padding;
+    var surface = vec4f(0.0);
+    var z = EMPTY_Z;
+    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth))) {
+        let here = textureLoad(color, at, 0);
+        // Not below 0: an empty texel may hold -0, whose bits would be the greatest.
+        let here_z = max(finite_or_zero(textureLoad(depth, at, 0).r), 0.0);
+        if here.a > 0.0 && here_z >= gather.z_far && here_z <= gather.z_near {
+            surface = vec4f(finite_or_zero(here.r), finite_or_zero(here.g), finite_or_zero(here.b), 1.0);
+            z = here_z;
+            atomicMax(&nearest, bitcast<u32>(z) + 1u);
+            atomicMin(&farthest, bitcast<u32>(z));
+        }
+    }
+    if all(id.xy < textureDimensions(slab_color)) {
+        textureStore(slab_color, id.xy, gather.slab, surface);
+        textureStore(slab_depth, id.xy, gather.slab, vec4f(z, 0.0, 0.0, 0.0));
+    }
+    workgroupBarrier();
+    if index == 0u {
+        atomicMax(&content[2u * gather.slab], atomicLoad(&nearest));
+        atomicMin(&content[2u * gather.slab + 1u], atomicLoad(&farthest));
+    }
+}
+
+@group(0) @binding(11) var base_roughness: texture_2d<f32>;
+@group(0) @binding(12) var normal_metallic: texture_2d<f32>;
+@group(0) @binding(13) var slab_base: texture_storage_2d_array<rgba16float, write>;
+@group(0) @binding(14) var slab_normal: texture_storage_2d_array<rgba16float, write>;
+
+/// The same for what the slab's surfaces are made of, which is 0 where there is none.
+@compute @workgroup_size(8, 8)
+fn gather_surfaces(@builtin(global_invocation_id) id: vec3u) {
+    let at = vec2i(id.xy) - gather.padding;
+    var base = vec4f(0.0);
+    var normal = vec4f(0.0);
+    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(base_roughness))) {
+        base = textureLoad(base_roughness, at, 0);
+        normal = textureLoad(normal_metallic, at, 0);
+    }
+    if all(id.xy < textureDimensions(slab_base)) {
+        textureStore(slab_base, id.xy, gather.slab, base);
+        textureStore(slab_normal, id.xy, gather.slab, normal);
+    }
+}
+
+// ---- mipmaps, of what is premultiplied with its coverage ----
+
+@group(0) @binding(6) var finer: texture_2d_array<f32>;
+@group(0) @binding(7) var coarser: texture_storage_2d_array<rgba16float, write>;
+
+@compute @workgroup_size(8, 8)
+fn reduce_slabs(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(coarser)) {
+        return;
+    }
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 4u; i++) {
+        sum += textureLoad(finer, 2u * id.xy + vec2u(i & 1u, i >> 1u), id.z, 0);
+    }
+    textureStore(coarser, id.xy, id.z, 0.25 * sum);
+}
+
+// ---- N-buffer ----
+
+struct Level {
+    /// Side of the windows in `narrower`, px.
+    side: u32,
+    /// Bit k: slab k has windows of twice that side; without it, it keeps those it has.
+    growing: u32,
+}
+
+@group(0) @binding(8) var<uniform> level: Level;
+@group(0) @binding(9) var narrower: texture_2d_array<f32>;
+@group(0) @binding(10) var wider: texture_storage_2d_array<r32float, write>;
+
+/// Four windows make one of twice the side. Windows that leave the image end there.
+@compute @workgroup_size(8, 8)
+fn widen_windows(@builtin(global_invocation_id) id: vec3u) {
+    let size = textureDimensions(wider);
+    if any(id.xy >= size) {
+        return;
+    }
+    var greatest = textureLoad(narrower, id.xy, id.z, 0).r;
+    if ((level.growing >> id.z) & 1u) != 0u {
+        let far = min(id.xy + level.side, size - 1u);
+        greatest = max(greatest, textureLoad(narrower, vec2u(far.x, id.y), id.z, 0).r);
+        greatest = max(greatest, textureLoad(narrower, vec2u(id.x, far.y), id.z, 0).r);
+        greatest = max(greatest, textureLoad(narrower, far, id.z, 0).r);
+    }
+    textureStore(wider, id.xy, id.z, vec4f(greatest, 0.0, 0.0, 0.0));
+}

@@ -1,0 +1,339 @@
+//! `multiview`: lens rays traced through slabs of the scene.
+//!
+//! Lee, Eisemann and Seidel, "Depth-of-Field Rendering with Multiview Synthesis"
+//! (SIGGRAPH Asia 2009):
+//!
+//! 1. slabs of equal thickness in c, each with its own nearest surfaces, so that what the
+//!    pinhole image hides is there (sections 4.1 and 4.2);
+//! 2. for each pixel and lens point a ray that meets the slabs from near to far: height
+//!    fields of c in (x, y, c), where lens rays are straight (section 4.3);
+//! 3. slabs with nothing around a pixel are skipped, by an N-buffer (section 4.3);
+//! 4. a ray is a cone that reads a mipmap with coverage (section 4.4);
+//! 5. lens points differ between pixels (section 4.5).
+//!
+//! Slabs are drawn one by one with exact bounds; the paper's geometry shader sorts whole
+//! triangles into them, which approximates that.
+
+mod nbuffer;
+mod slabs;
+
+pub use slabs::{SlabRange, slab_ranges};
+
+use super::{About, Apertures, Method, MethodError, Param};
+use crate::gpu::{Frame, SamplerKind, Shader, Texture};
+use crate::lens::Lens;
+use crate::view::{EnvironmentUniform, View};
+use crate::{shader, uniform};
+use glam::{DVec2, Vec2};
+use nbuffer::{NBuffer, window_side};
+use slabs::{MAX_SLABS, Slabs, SlabsKey};
+
+const SHADER: Shader = shader!("methods/multiview");
+const SLAB_SHADER: Shader = shader!("methods/multiview_slabs");
+
+/// Multiview synthesis with the paper's choices as parameters.
+#[derive(Clone, Debug)]
+pub struct Multiview {
+    /// Lens points per pixel.
+    pub samples: u32,
+    /// Most slabs.
+    pub slabs: u32,
+    /// delta: wanted thickness of a slab in c, px (section 4.1: 3).
+    pub delta_px: f32,
+    /// How far slabs reach over each of their bounds, in thicknesses (section 4.2: 0.1).
+    pub overlap: f32,
+    /// Index into [`INTERSECTIONS`].
+    pub intersection: usize,
+    /// Whether N-buffers skip slabs (section 4.3).
+    pub culling: bool,
+    /// Whether rays are cones (section 4.4).
+    pub cones: bool,
+    /// Index into [`JITTERS`].
+    pub jitter: usize,
+    /// Whether each ray shades what it meets, looking from its lens point.
+    pub view_dependent: bool,
+}
+
+/// How a ray is intersected with a slab.
+pub const INTERSECTIONS: &[&str] = &["steps", "false_position"];
+
+/// How lens points differ between pixels.
+pub const JITTERS: &[&str] = &["sets", "offsets", "off"];
+
+/// Sets of lens points to choose from: consecutive blocks of one progressive sequence,
+/// each of them a good set and together a good set again.
+const JITTER_SETS: u32 = 16;
+
+/// Widest cone that is read from a mipmap, px: arrays are padded to a multiple of it. With
+/// 8 lens points it is reached at a CoC of over 100 px.
+const WIDEST_CONE_PX: f64 = 32.0;
+
+impl Default for Multiview {
+    fn default() -> Self {
+        Self {
+            samples: 64,
+            slabs: MAX_SLABS,
+            delta_px: 3.0,
+            overlap: 0.1,
+            intersection: 0,
+            culling: true,
+            cones: true,
+            jitter: 0,
+            view_dependent: false,
+        }
+    }
+}
+
+uniform! {
+    struct Params {
+        windows: [[u32; 4]; MAX_SLABS as usize],
+        origin: [f32; 2],
+        frame_low: [f32; 2],
+        frame_high: [f32; 2],
+        slab_count: u32,
+        samples: u32,
+        sets: u32,
+        jitter: f32,
+        false_position: u32,
+        cone_per_coc: f32,
+        culling: u32,
+        shading: u32,
+        centre: [f32; 2],
+        focal_px: f32,
+        near_m: f32,
+        lens_radius_m: f32,
+        _unused: u32,
+    }
+}
+
+impl Method for Multiview {
+    fn about(&self) -> About {
+        About {
+            id: "multiview",
+            title: "Multiview synthesis",
+            paper: "Lee, Eisemann and Seidel, Depth-of-Field Rendering with Multiview Synthesis, SIGGRAPH Asia 2009",
+            summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
+            limits: "Within a slab only the nearest surface is known. An image with a depth map has no hidden surfaces to find.",
+            apertures: Apertures::Any,
+            needs_scene: false,
+            conserves_energy: false,
+            averages: true,
+            samples_lens: true,
+            width_tolerance: 0.08,
+        }
+    }
+
+    fn params(&mut self) -> Vec<Param<'_>> {
+        vec![
+            Param::int("samples", "Lens points", "", &mut self.samples, (8, 256), "Rays per pixel."),
+            Param::int(
+                "slabs",
+                "Most slabs",
+                "",
+                &mut self.slabs,
+                (1, MAX_SLABS),
+                "Slabs of depth that the scene is cut into, unless delta asks for fewer.",
+            ),
+            Param::float(
+                "delta",
+                "delta",
+                "px",
+                &mut self.delta_px,
+                (0.5, 32.0),
+                "Thickness of a slab as growth of the CoC diameter over it, section 4.1.",
+            ),
+            Param::float(
+                "overlap",
+                "Overlap",
+                "",
+                &mut self.overlap,
+                (0.0, 1.0),
+                "How far slabs reach into each other, in thicknesses, section 4.2.",
+            ),
+            Param::choice(
+                "intersection",
+                "Intersection",
+                &mut self.intersection,
+                INTERSECTIONS,
+                "steps: at most a pixel at a time. false_position: three estimates, section 4.3.",
+            ),
+            Param::switch(
+                "culling",
+                "Culling",
+                &mut self.culling,
+                "Skips slabs with nothing around a pixel: the same image, sooner.",
+            ),
+            Param::switch(
+                "cones",
+                "Cones",
+                &mut self.cones,
+                "Gives rays the width of the gaps between them, section 4.4.",
+            ),
+            Param::choice(
+                "jitter",
+                "Jitter",
+                &mut self.jitter,
+                JITTERS,
+                "Lens points of a pixel. sets: one of 16 sets. offsets: one set, moved by 16 pairs of four values, section 4.5. off: all pixels alike.",
+            ),
+            Param::switch(
+                "view_dependent",
+                "View-dependent shading",
+                &mut self.view_dependent,
+                "Shade for each ray from its lens point, so that reflections shift; otherwise a surface emits what the pinhole image shows.",
+            ),
+        ]
+    }
+
+    fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
+        if !view.is_scene() {
+            frame.skip("hidden surfaces: an image has none");
+        }
+        let points = self.lens_points(lens);
+        let slabs = self.slabs(frame, view, lens, &points)?;
+        let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
+        let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
+        let n_buffer = NBuffer::of(frame, view, &slabs, sides.clone());
+
+        let mut params = self.uniform(view, lens, &slabs, &points);
+        for (window, (square, side)) in params.windows.iter_mut().zip(squares.iter().zip(&sides)) {
+            *window = [*square, *side, 0, 0];
+        }
+        let pinhole = view.pinhole(frame);
+        let result = frame.color_texture("multiview", view.size());
+        let lens_points = frame.gpu().buffer_of("lens points", &points.v);
+        // Without shading nothing reads these, but they are bound.
+        let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
+        let shading = if self.shades(view) { Some(view.shading()?) } else { None };
+        let (environment, lights) = shading.map_or_else(
+            || (EnvironmentUniform::default(), frame.gpu().buffer("no lights", size_of::<[f32; 16]>() as u64)),
+            |s| (s.environment, s.lights),
+        );
+        frame
+            .pass(&SHADER, "trace_lens")
+            .uniform("lens", &view.lens_uniform(lens))
+            .uniform("params", &params)
+            .texture("slab_color", &slabs.color)
+            .texture("slab_depth", &slabs.depth)
+            .texture("slab_base", base)
+            .texture("slab_normal", normal)
+            .texture("n_buffer", &n_buffer.nearest)
+            .sampler("linear_clamp", SamplerKind::Linear)
+            .buffer("content", &slabs.content)
+            .buffer("lens_points", &lens_points)
+            .uniform("environment", &environment)
+            .buffer("lights", &lights)
+            .texture("pinhole", &pinhole.color)
+            .texture("result", &result)
+            .dispatch(result.size());
+        Ok(result)
+    }
+
+    fn boxed(&self) -> Box<dyn Method> {
+        Box::new(self.clone())
+    }
+}
+
+/// Lens points of all sets, and how far apart they lie.
+struct LensPoints {
+    v: Vec<Vec2>,
+    sets: u32,
+    /// Greatest offset per axis that is added to each, in v.
+    jitter: f64,
+    /// Lambda: diameter of a ray's cone over C, 0 without cones.
+    cone_per_coc: f64,
+    /// Greatest |v|, with the jitter.
+    radius: f64,
+}
+
+impl Multiview {
+    /// Slabs of thickness delta over a range of CoCs, px; at least one.
+    fn slab_count(&self, range_px: f64) -> u32 {
+        ((range_px / f64::from(self.delta_px)).ceil() as u32).clamp(1, self.slabs)
+    }
+
+    /// Whether rays do the shading: an image's colours are all that is known of it.
+    fn shades(&self, view: &View) -> bool {
+        self.view_dependent && view.is_scene()
+    }
+
+    fn slabs(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &mut View,
+        lens: &Lens,
+        points: &LensPoints,
+    ) -> Result<Slabs, MethodError> {
+        let [z_min, z_max] = view.z_bounds(frame);
+        let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
+        let count = self.slab_count(farthest_px - nearest_px);
+        // Behind what the pinhole image shows there may be more, up to infinity.
+        let greatest_coc_px = nearest_px.abs().max(lens.k_px());
+        let widest_px = (points.cone_per_coc * greatest_coc_px).clamp(1.0, WIDEST_CONE_PX);
+        let levels = widest_px.log2().ceil() as u32 + 1;
+        let ranges = slab_ranges(z_max, z_min, count, self.overlap);
+        Slabs::of(frame, view, SlabsKey { ranges, levels, surfaces: self.shades(view) })
+    }
+
+    fn lens_points(&self, lens: &Lens) -> LensPoints {
+        let sets = if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 };
+        // Blocks are aligned at powers of two: then each is a good set.
+        let block = self.samples.next_power_of_two();
+        let set = |k: u32| (0..self.samples).map(move |i| lens.aperture.lens_point(k * block + i));
+        let spacing = mean_spacing(&set(0).collect::<Vec<_>>());
+        let jitter = if JITTERS[self.jitter] == "offsets" { 0.5 * spacing } else { 0.0 };
+        LensPoints {
+            v: (0..sets).flat_map(set).map(DVec2::as_vec2).collect(),
+            sets,
+            jitter,
+            // Points a distance s apart in v are s * C / 2 apart on the image.
+            cone_per_coc: if self.cones { 0.5 * spacing } else { 0.0 },
+            radius: lens.aperture.radius() + jitter * std::f64::consts::SQRT_2,
+        }
+    }
+
+    fn uniform(&self, view: &View, lens: &Lens, slabs: &Slabs, points: &LensPoints) -> Params {
+        let projection = view.projection();
+        let low = slabs.padding.as_vec2();
+        let high = low + projection.outer_size().as_vec2();
+        Params {
+            origin: (low + view.overscan_px() as f32).to_array(),
+            frame_low: low.to_array(),
+            frame_high: high.to_array(),
+            slab_count: slabs.ranges.len() as u32,
+            samples: self.samples,
+            sets: points.sets,
+            jitter: points.jitter as f32,
+            false_position: (INTERSECTIONS[self.intersection] == "false_position").into(),
+            cone_per_coc: points.cone_per_coc as f32,
+            culling: self.culling.into(),
+            shading: self.shades(view).into(),
+            centre: (0.5 * (low + high)).to_array(),
+            focal_px: projection.focal_px as f32,
+            near_m: projection.near_m as f32,
+            lens_radius_m: projection.eye_on_lens_m(lens, DVec2::X).x as f32,
+            ..Default::default()
+        }
+    }
+}
+
+/// Side, px, of the square around a pixel that holds all texels of the slab that its rays
+/// may read.
+fn square_px(view: &View, lens: &Lens, range: &SlabRange, points: &LensPoints) -> u32 {
+    let c = |z: f32| lens.coc().at_stored(f64::from(z), view.projection().near_m).abs();
+    let coc_px = c(range.z_near).max(c(range.z_far));
+    // A trilinear read of the level above a cone's width takes texels two widths away.
+    let cone_px = 2.0 * (points.cone_per_coc * coc_px).clamp(1.0, WIDEST_CONE_PX);
+    let reach_px = (0.5 * coc_px * points.radius + cone_px).ceil();
+    // Farther than the image is wide there is nothing.
+    2 * (reach_px as u32).min(view.projection().outer_size().max_element()) + 1
+}
+
+/// Mean distance from a point to its nearest neighbour: the paper's lambda, in v.
+fn mean_spacing(points: &[DVec2]) -> f64 {
+    let nearest = |(i, p): (usize, &DVec2)| {
+        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
+        others.map(|(_, q)| p.distance_squared(*q)).fold(f64::INFINITY, f64::min).sqrt()
+    };
+    points.iter().enumerate().map(nearest).sum::<f64>() / points.len() as f64
+}

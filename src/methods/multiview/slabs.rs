@@ -1,0 +1,192 @@
+//! The scene cut into slabs: sections 4.1 and 4.2.
+
+use super::{MethodError, SLAB_SHADER};
+use crate::gpu::{Frame, Texture, TextureKey};
+use crate::uniform;
+use crate::view::{Layer, LayerQuery, View};
+use glam::UVec2;
+use std::sync::Arc;
+
+/// Most slabs that a tracer takes: bits of its mask and entries of its uniform.
+pub(super) const MAX_SLABS: u32 = 16;
+
+/// Depths of a slab, both bounds included.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SlabRange {
+    /// Greatest stored depth z = near / d.
+    pub z_near: f32,
+    /// Least stored depth; 0 reaches infinity, with the background.
+    pub z_far: f32,
+}
+
+/// Cuts the depths in view, from `z_max` (nearest) to `z_min`, into `count` slabs of one
+/// thickness, each widened by `overlap` thicknesses at either bound (section 4.2: 10 %).
+/// The last one ends at infinity: what is farther than all that is seen may still hide.
+///
+/// c is affine in z, so slabs of one thickness in z are of one thickness in c for *every*
+/// lens: refocusing moves none of them.
+pub fn slab_ranges(z_max: f32, z_min: f32, count: u32, overlap: f32) -> Vec<SlabRange> {
+    let thickness = (f64::from(z_max) - f64::from(z_min)) / f64::from(count);
+    let extra = f64::from(overlap) * thickness;
+    let bound = |i: u32| f64::from(z_max) - f64::from(i) * thickness;
+    // The nearest surface, drawn once more, may differ by rounding.
+    let nearest = (f64::from(z_max) * (1.0 + 1e-6)).min(1.0) as f32;
+    let range = |i: u32| SlabRange {
+        z_near: if i == 0 { nearest } else { (bound(i) + extra) as f32 },
+        z_far: if i + 1 == count { 0.0 } else { (bound(i + 1) - extra).max(f64::MIN_POSITIVE) as f32 },
+    };
+    (0..count).map(range).collect()
+}
+
+/// Slabs on the GPU as arrays with a layer for each slab.
+#[derive(Clone)]
+pub(super) struct Slabs {
+    key: SlabsKey,
+    /// Ranges of the slabs that may hold something: those that are in the arrays.
+    pub ranges: Arc<[SlabRange]>,
+    /// RGBA16F: radiance (emission, with `surfaces`) times coverage, coverage; with mipmaps.
+    pub color: Texture,
+    /// What rays shade, where they do.
+    pub surfaces: Option<Surfaces>,
+    /// R32F: stored depth, -1 where there is nothing.
+    pub depth: Texture,
+    /// For each slab the bits of its greatest z plus 1 (0 if it is empty), and of its least.
+    pub content: wgpu::Buffer,
+    /// Texels left of and above the image in the arrays.
+    pub padding: UVec2,
+}
+
+/// Arrays in RGBA16F, times coverage, with mipmaps.
+#[derive(Clone)]
+pub(super) struct Surfaces {
+    /// Base colour, roughness.
+    pub base: Texture,
+    /// Normal, metalness.
+    pub normal: Texture,
+}
+
+/// What slabs are drawn from, beside the view.
+#[derive(Clone, PartialEq)]
+pub(super) struct SlabsKey {
+    pub ranges: Vec<SlabRange>,
+    /// Mipmap levels.
+    pub levels: u32,
+    /// Whether rays do the shading.
+    pub surfaces: bool,
+}
+
+uniform! {
+    struct Gather {
+        z_near: f32,
+        z_far: f32,
+        slab: u32,
+        _unused: u32,
+        padding: [i32; 2],
+    }
+}
+
+impl Slabs {
+    /// The slabs of `view`, drawn unless the last ones are the same.
+    pub fn of(frame: &mut Frame<'_>, view: &mut View, key: SlabsKey) -> Result<Self, MethodError> {
+        if let Some(slabs) = view.kept::<Self>()
+            && slabs.key == key
+        {
+            let slabs = slabs.clone();
+            frame.skip("slabs unchanged");
+            return Ok(slabs);
+        }
+        *view.kept::<Self>() = None;
+        let slabs = Self::draw(frame, view, key)?;
+        *view.kept() = Some(slabs.clone());
+        Ok(slabs)
+    }
+
+    fn draw(frame: &mut Frame<'_>, view: &mut View, key: SlabsKey) -> Result<Self, MethodError> {
+        let holds = |r: &&SlabRange| view.may_hold(&LayerQuery { z_near: r.z_near, z_far: r.z_far, below: None });
+        let ranges: Arc<[SlabRange]> = key.ranges.iter().filter(holds).copied().collect();
+        for _ in ranges.len()..key.ranges.len() {
+            frame.skip("slab without surfaces");
+        }
+        let image = view.projection().outer_size();
+        let coarsest = 1u32 << (key.levels - 1);
+        let size = UVec2::new(image.x.next_multiple_of(coarsest), image.y.next_multiple_of(coarsest));
+        let padding = (size - image) / 2;
+        let array = |levels, format| TextureKey { size, levels, layers: array_layers(&ranges), format };
+        let gpu = frame.gpu();
+        let colors = |label| gpu.texture_of(label, array(key.levels, wgpu::TextureFormat::Rgba16Float));
+        let surfaces = || Surfaces { base: colors("slab base colour"), normal: colors("slab normal") };
+        let slabs = Self {
+            color: colors("slab colour"),
+            surfaces: key.surfaces.then(surfaces),
+            depth: gpu.texture_of("slab depth", array(1, wgpu::TextureFormat::R32Float)),
+            content: gpu.buffer_of("slab content", &[[0, u32::MAX]; MAX_SLABS as usize]),
+            key,
+            ranges,
+            padding,
+        };
+        for slab in 0..slabs.ranges.len() {
+            slabs.draw_one(frame, view, slab)?;
+        }
+        slabs.reduce(frame);
+        frame.expose("slab depth", &slabs.depth);
+        Ok(slabs)
+    }
+
+    fn draw_one(&self, frame: &mut Frame<'_>, view: &mut View, slab: usize) -> Result<(), MethodError> {
+        let SlabRange { z_near, z_far } = self.ranges[slab];
+        let label = format!("slab {slab}");
+        let query = LayerQuery { z_near, z_far, below: None };
+        let padding = self.padding.as_ivec2().to_array();
+        let gather = Gather { z_near, z_far, slab: slab as u32, _unused: 0, padding };
+        let layer = match &self.surfaces {
+            // What hides in an image is unknown: its one layer is cut up.
+            _ if !view.is_scene() => view.pinhole(frame),
+            None => view.layer(frame, &label, query)?,
+            Some(arrays) => {
+                let layer = view.surface_layer(frame, &label, query)?;
+                frame
+                    .pass(&SLAB_SHADER, "gather_surfaces")
+                    .label(format!("gather surfaces {slab}"))
+                    .uniform("gather", &gather)
+                    .texture("base_roughness", &layer.base_roughness)
+                    .texture("normal_metallic", &layer.normal_metallic)
+                    .level("slab_base", &arrays.base, 0)
+                    .level("slab_normal", &arrays.normal, 0)
+                    .dispatch(arrays.base.size());
+                Layer { color: layer.emitted, depth: layer.depth }
+            }
+        };
+        frame.expose(label, &layer.color);
+        frame
+            .pass(&SLAB_SHADER, "gather_slab")
+            .label(format!("gather slab {slab}"))
+            .uniform("gather", &gather)
+            .texture("color", &layer.color)
+            .texture("depth", &layer.depth)
+            .level("slab_color", &self.color, 0)
+            .texture("slab_depth", &self.depth)
+            .buffer("content", &self.content)
+            .dispatch(self.color.size());
+        Ok(())
+    }
+
+    fn reduce(&self, frame: &mut Frame<'_>) {
+        let surfaces = self.surfaces.iter().flat_map(|s| [&s.base, &s.normal]);
+        for array in [&self.color].into_iter().chain(surfaces) {
+            for level in 1..array.levels() {
+                let size = array.level_size(level);
+                frame
+                    .pass(&SLAB_SHADER, "reduce_slabs")
+                    .label(format!("reduce slabs {level}"))
+                    .level("finer", array, level - 1)
+                    .level("coarser", array, level)
+                    .dispatch_groups(size.x.div_ceil(8), size.y.div_ceil(8), self.ranges.len() as u32);
+            }
+        }
+    }
+}
+
+/// Layers of an array for these slabs: a texture of one layer would be no array.
+fn array_layers(ranges: &[SlabRange]) -> u32 {
+    (ranges.len() as u32).max(2)
+}
