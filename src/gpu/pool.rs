@@ -127,6 +127,9 @@ impl Texture {
     }
 }
 
+/// A texture given back, and the frame in which it was.
+type Free = (wgpu::Texture, u64);
+
 /// Free textures, and how many bytes are in use.
 ///
 /// A texture may be given back while the commands that use it wait to be submitted. Later
@@ -134,7 +137,7 @@ impl Texture {
 /// thread's may come before, so each thread is given only what it gave back itself.
 #[derive(Default)]
 pub(super) struct Pool {
-    free: Mutex<HashMap<(ThreadId, TextureKey), Vec<(wgpu::Texture, u64)>>>,
+    free: Mutex<HashMap<(ThreadId, TextureKey), Vec<Free>>>,
     generation: AtomicU64,
     live_bytes: AtomicU64,
     peak_bytes: AtomicU64,
