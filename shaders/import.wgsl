@@ -18,16 +18,11 @@ struct Import {
 @group(0) @binding(5) var depth_out: texture_storage_2d<r32float, write>;
 @group(0) @binding(6) var<storage, read_write> repaired: atomic<u32>;
 
-/// By the exponent's bits: a compiler may assume that x == x.
-fn is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
-}
-
 fn store(at: vec2u, z: f32) {
     let texel = textureLoad(color, at, 0).rgb;
-    let good_color = is_finite(texel.r) && is_finite(texel.g) && is_finite(texel.b);
+    let good_color = is_finite(texel);
     let stored = import_.offset + import_.scale * z;
-    let good_depth = is_finite(stored);
+    let good_depth = is_finite(vec3f(stored));
     if !(good_color && good_depth) {
         atomicAdd(&repaired, 1u);
     }

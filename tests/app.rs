@@ -34,7 +34,8 @@ fn window(size: [f32; 2], settings: Settings) -> Window {
 /// A small window: two methods that are cheap on a software GPU.
 fn small(methods: &[&str]) -> Window {
     let methods = methods.iter().map(|id| MethodChoice::new(id)).collect();
-    window([720.0, 420.0], Settings { methods, overscan_px: 16, ..Settings::default() })
+    // Wide enough for the whole bar at the top: what is cut off cannot be clicked.
+    window([900.0, 420.0], Settings { methods, overscan_px: 16, ..Settings::default() })
 }
 
 /// Goes on until nothing moves, loads or converges any more.

@@ -12,6 +12,8 @@
 //   n_buffer     greatest z (nearest surface) over a square window right of and below
 //                the texel
 
+#import color
+
 const EMPTY_Z = -1.0;
 
 struct Gather {
@@ -35,14 +37,8 @@ struct Gather {
 var<workgroup> nearest: atomic<u32>;
 var<workgroup> farthest: atomic<u32>;
 
-/// Whether x is neither NaN nor infinite. By its bits: compilers may assume that no NaN
-/// occurs and drop a comparison.
-fn is_finite(x: f32) -> bool {
-    return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
-}
-
 fn finite_or_zero(x: f32) -> f32 {
-    return select(0.0, x, is_finite(x));
+    return select(0.0, x, is_finite(vec3f(x)));
 }
 
 /// Puts one drawn slab (or the slab's part of an image) into the arrays and notes which
