@@ -23,7 +23,7 @@
 //!   shows at `p0` is seen from `v` at `p0 + v * c / 2` (scattering); hence the lens ray
 //!   through pixel `p` and `v` meets depth d at `p - v * c(d) / 2` (gathering).
 //! - **Colour** is linear Rec. 709, scene-referred and unbounded until
-//!   [`present`](image) turns it into display values.
+//!   [`display`] or [`present`] turns it into display values.
 //! - Names carry space and unit: `view_from_world`, `coc_diameter_px`, `focus_distance_m`.
 
 pub mod aperture;

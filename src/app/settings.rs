@@ -26,7 +26,7 @@ pub struct Settings {
     /// Whether E, F, dr, ds and DPI follow each newly opened scene, which is so until the
     /// user sets one of them.
     pub automatic_lens: bool,
-    /// The methods shown, 1 to [`MAX_PANES`].
+    /// The methods shown, 1 to `MAX_PANES`.
     pub methods: Vec<MethodChoice>,
     /// Where the divider between two methods stands, from 0 (left) to 1.
     pub divider: f32,
@@ -73,7 +73,7 @@ impl Default for Settings {
 
 impl Settings {
     /// The same with what a file could have wrong put right: at least one pane and at most
-    /// [`MAX_PANES`], the divider inside the picture.
+    /// `MAX_PANES`, the divider inside the picture.
     pub fn repaired(mut self) -> Self {
         self.methods.truncate(MAX_PANES);
         if self.methods.is_empty() {

@@ -124,7 +124,7 @@ pub struct UniformLayout {
 pub struct Module {
     /// [`Shader::name`].
     pub name: String,
-    /// Source after [`preprocess`].
+    /// Source with imports resolved.
     pub source: String,
     module: naga::Module,
     info: naga::valid::ModuleInfo,

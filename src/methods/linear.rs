@@ -52,11 +52,11 @@ pub const BACKENDS: &[&str] = &["gpu", "cpu"];
 /// The linear filter with the paper's constants as parameters.
 #[derive(Clone, Debug)]
 pub struct Linear {
-    /// Index into [`BACKENDS`].
+    /// Index among the choices of the parameter of this name.
     pub backend: usize,
-    /// Index into [`COVERAGES`].
+    /// Index among the choices of the parameter of this name.
     pub coverage: usize,
-    /// Index into [`PATTERNS`].
+    /// Index among the choices of the parameter of this name.
     pub pattern: usize,
     /// Sub-pixels along each side of a pixel (10).
     pub sub_pixels: u32,

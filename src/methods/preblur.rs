@@ -36,7 +36,7 @@ const NEARLY_IN_FOCUS_PX: f64 = 0.5;
 /// Pre-blurring with the paper's constants as parameters.
 #[derive(Clone, Debug)]
 pub struct Preblur {
-    /// Index into [`BLURRINESSES`].
+    /// Index among the choices of the parameter of this name.
     pub blurriness: usize,
     /// Share of the greatest CoC in view, on each side of the focus, at which the ramp
     /// meets the lens.

@@ -37,9 +37,9 @@ pub const THINNINGS: &[&str] = &["area", "diameter"];
 pub struct Separable {
     /// Filter radius over CoC diameter (1/2).
     pub radius_per_coc: f32,
-    /// Index into [`REACHES`].
+    /// Index among the choices of the parameter of this name.
     pub reach: usize,
-    /// Index into [`THINNINGS`].
+    /// Index among the choices of the parameter of this name.
     pub thinning: usize,
     /// CoC diameter, px, up to which a nearer tap is sharp and refused.
     pub sharp_coc_px: f32,

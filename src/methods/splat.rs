@@ -42,7 +42,7 @@ pub const HIDDEN_BLENDS: &[&str] = &["filling", "added"];
 pub struct Splat {
     /// Whether a hidden image is drawn and splatted (section 3.2).
     pub hidden: bool,
-    /// Index into [`HIDDEN_BLENDS`].
+    /// Index among the choices of the parameter of this name.
     pub hidden_blend: usize,
     /// epsilon: how far behind the visible surface a hidden one must lie, over the range
     /// of c in view (section 3.2: 0.05).

@@ -25,7 +25,7 @@ pub struct Scene {
     pub materials: Vec<Material>,
     /// Images that materials refer to.
     pub textures: Vec<Arc<TextureImage>>,
-    /// Punctual lights of the file; or the default light where [`Lighting`] says so.
+    /// Punctual lights of the file; or the default light where the loader adds it (`gltf`).
     pub lights: Vec<Light>,
     /// Light from everywhere else, and what is seen where nothing is.
     pub environment: Environment,

@@ -42,13 +42,13 @@ pub struct Multiview {
     pub delta_px: f32,
     /// How far slabs reach over each of their bounds, in thicknesses (section 4.2: 0.1).
     pub overlap: f32,
-    /// Index into [`INTERSECTIONS`].
+    /// Index among the choices of the parameter of this name.
     pub intersection: usize,
     /// Whether N-buffers skip slabs (section 4.3).
     pub culling: bool,
     /// Whether rays are cones (section 4.4).
     pub cones: bool,
-    /// Index into [`JITTERS`].
+    /// Index among the choices of the parameter of this name.
     pub jitter: usize,
     /// Whether each ray shades what it meets, looking from its lens point.
     pub view_dependent: bool,
