@@ -19,6 +19,8 @@ struct View {
     z_far: f32,
     /// 1: the base colour is what is seen, whatever the light.
     unlit: u32,
+    /// Added to the mipmap level of textures: positive where a pixel is drawn finely.
+    lod_bias: f32,
 }
 
 struct Material {
@@ -112,10 +114,19 @@ fn has(slot: u32) -> bool {
     return (material.textures & (1u << slot)) != 0u;
 }
 
+/// A texture at the level that a pixel needs. Software Vulkan finds that level a little
+/// differently if there is a bias, so a bias of 0 is none.
+fn sample(image: texture_2d<f32>, filtering: sampler, uv: vec2f) -> vec4f {
+    if view.lod_bias == 0.0 {
+        return textureSample(image, filtering, uv);
+    }
+    return textureSampleBias(image, filtering, uv, view.lod_bias);
+}
+
 fn base_color(in: Surface) -> vec4f {
     var base = material.base_color * in.color;
     if has(BASE_COLOR) {
-        base *= textureSample(base_color_texture, base_color_sampler, transformed_uv(in.uv, BASE_COLOR));
+        base *= sample(base_color_texture, base_color_sampler, transformed_uv(in.uv, BASE_COLOR));
     }
     return base;
 }
@@ -124,7 +135,7 @@ fn shading_normal(in: Surface, front: bool) -> vec3f {
     let toward_eye = unit(-in.position, vec3f(0.0, 0.0, 1.0));
     var normal = unit(in.normal, toward_eye);
     if has(NORMAL) {
-        let texel = textureSample(normal_texture, normal_sampler, transformed_uv(in.uv, NORMAL)).xyz * 2.0 - 1.0;
+        let texel = sample(normal_texture, normal_sampler, transformed_uv(in.uv, NORMAL)).xyz * 2.0 - 1.0;
         if dot(in.tangent.xyz, in.tangent.xyz) > 1e-20 {
             let tangent = unit(in.tangent.xyz, vec3f(1.0, 0.0, 0.0));
             let bitangent = cross(normal, tangent) * in.tangent.w;
@@ -144,12 +155,12 @@ fn surface_point(in: Surface, front: bool, base: vec4f) -> SurfacePoint {
     let normal = shading_normal(in, front);
     var emitted = material.emissive;
     if has(EMISSIVE) {
-        emitted *= textureSample(emissive_texture, emissive_sampler, transformed_uv(in.uv, EMISSIVE)).rgb;
+        emitted *= sample(emissive_texture, emissive_sampler, transformed_uv(in.uv, EMISSIVE)).rgb;
     }
     var metallic = material.metallic;
     var roughness = material.roughness;
     if has(METALLIC_ROUGHNESS) {
-        let texel = textureSample(metallic_roughness_texture, metallic_roughness_sampler, transformed_uv(in.uv, METALLIC_ROUGHNESS));
+        let texel = sample(metallic_roughness_texture, metallic_roughness_sampler, transformed_uv(in.uv, METALLIC_ROUGHNESS));
         metallic *= texel.b;
         roughness *= texel.g;
     }

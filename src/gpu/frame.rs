@@ -107,6 +107,11 @@ impl<'g> Frame<'g> {
         self.exposed.get_or_insert_default();
     }
 
+    /// Whether someone wants to look: then a method may write more than it needs itself.
+    pub fn keeps_intermediates(&self) -> bool {
+        self.exposed.is_some()
+    }
+
     /// Offers an intermediate texture to whoever wants to look at it; free if no one does.
     pub fn expose(&mut self, name: impl Into<String>, texture: &Texture) {
         if let Some(exposed) = &mut self.exposed {

@@ -26,6 +26,7 @@ macro_rules! shader {
 /// Files of functions only, which others take in with a line `#import NAME`.
 const LIBRARY: &[Shader] = &[
     shader!("lib/color"),
+    shader!("lib/layers"),
     shader!("lib/lens"),
     shader!("lib/sampling"),
     shader!("lib/shading"),

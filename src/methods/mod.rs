@@ -5,6 +5,7 @@
 //! the benchmarks find it by iterating.
 
 mod accumulation;
+pub mod adaptive;
 mod linear;
 mod mipmap;
 pub mod multiview;
@@ -20,6 +21,7 @@ pub mod sprites;
 mod subimages;
 
 pub use accumulation::{Accumulation, AccumulationRun};
+pub use adaptive::Adaptive;
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use multiview::Multiview;
@@ -51,6 +53,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Opaque::default()),
         Box::new(Splat::default()),
         Box::new(Scatter::default()),
+        Box::new(Adaptive::default()),
     ]
 }
 

@@ -6,11 +6,13 @@
 //! and says clearly that it cannot answer the rest.
 
 mod import;
+mod peel;
 mod pipelines;
 mod raster;
 mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
+pub use peel::{PEELED_LEVELS, Peeled, layer_separation_z};
 pub use pipelines::EnvironmentUniform;
 pub use upload::{GpuScene, SurfaceOptions};
 
@@ -130,12 +132,21 @@ enum Source {
     Image(Layer),
 }
 
+/// Extremes over the outer pinhole image.
+#[derive(Clone, Copy)]
+struct Summary {
+    z_bounds: [f32; 2],
+    greatest_z_step: f32,
+    brightest: f32,
+}
+
 /// A scene or image seen from one place at one size.
 pub struct View {
     source: Source,
     projection: Projection,
     pinhole: Option<Layer>,
-    z_bounds: Option<[f32; 2]>,
+    peeled: Option<Peeled>,
+    summary: Option<Summary>,
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     kept: HashMap<TypeId, Box<dyn Any + Send + Sync>>,
@@ -190,7 +201,8 @@ impl View {
             source,
             projection,
             pinhole: None,
-            z_bounds: None,
+            peeled: None,
+            summary: None,
             depth_m: None,
             repaired: Repaired::Counted(0),
             kept: HashMap::new(),
@@ -235,7 +247,8 @@ impl View {
 
     fn forget(&mut self) {
         self.pinhole = None;
-        self.z_bounds = None;
+        self.peeled = None;
+        self.summary = None;
         self.depth_m = None;
         self.kept.clear();
     }
@@ -326,7 +339,7 @@ impl View {
 
     fn pinhole_shot<'a>(&'a self, query: LayerQuery<'a>) -> Shot<'a> {
         let clip_from_view = self.projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
-        Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, query }
+        Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, lod_bias: 0.0, query }
     }
 
     /// Whether [`View::layer`] may find anything between these depths: `false` only where it
@@ -355,28 +368,48 @@ impl View {
         let eye_m = projection.eye_on_lens_m(lens, v);
         // Shading is in the pinhole's view space: only the eye in it moves.
         let shading_eye_m = if view_dependent { eye_m } else { DVec2::ZERO };
-        let shot = Shot { projection: &projection, clip_from_view, shading_eye_m, query: LayerQuery::NEAREST };
+        let shot =
+            Shot { projection: &projection, clip_from_view, shading_eye_m, lod_bias: 0.0, query: LayerQuery::NEAREST };
         Ok(source.draw(frame, "lens view", &shot))
     }
 
     /// Least and greatest stored depth z over the outer pinhole image. Reduced on the GPU;
     /// waits for it once after each redraw, since passes to record depend on it.
     pub fn z_bounds(&mut self, frame: &mut Frame<'_>) -> [f32; 2] {
-        if let Some(bounds) = self.z_bounds {
-            return bounds;
+        self.summary(frame).z_bounds
+    }
+
+    /// Greatest difference of stored depth between neighbours in the outer pinhole image:
+    /// how much hidden surface a lens can show. Waits as [`View::z_bounds`] does.
+    pub fn greatest_z_step(&mut self, frame: &mut Frame<'_>) -> f32 {
+        self.summary(frame).greatest_z_step
+    }
+
+    /// Greatest component of any colour in the outer pinhole image. Waits as
+    /// [`View::z_bounds`] does.
+    pub fn brightest(&mut self, frame: &mut Frame<'_>) -> f32 {
+        self.summary(frame).brightest
+    }
+
+    fn summary(&mut self, frame: &mut Frame<'_>) -> Summary {
+        if let Some(summary) = self.summary {
+            return summary;
         }
-        let depth = self.pinhole(frame).depth;
-        // Stored depths are not negative, so their bits order as the numbers do.
-        let result = frame.gpu().buffer_of("depth bounds", &[u32::MAX, 0]);
-        frame.pass(&DEPTH_BOUNDS, "depth_bounds").texture("depth", &depth).buffer("result", &result).dispatch_groups(
-            depth.size().x.div_ceil(64),
-            depth.size().y.div_ceil(64),
-            1,
-        );
+        let Layer { color, depth } = self.pinhole(frame);
+        // None of the values is negative, so their bits order as the numbers do.
+        let result = frame.gpu().buffer_of("depth bounds", &[u32::MAX, 0, 0, 0]);
+        frame
+            .pass(&DEPTH_BOUNDS, "depth_bounds")
+            .texture("depth", &depth)
+            .texture("color", &color)
+            .buffer("result", &result)
+            .dispatch_groups(depth.size().x.div_ceil(64), depth.size().y.div_ceil(64), 1);
         let bits: Vec<u32> = frame.read_buffer(&result);
-        let bounds = [0, 1].map(|i| f32::from_bits(bits.get(i).copied().unwrap_or(0)));
-        self.z_bounds = Some(bounds);
-        bounds
+        let [low, high, greatest_z_step, brightest] =
+            [0, 1, 2, 3].map(|i| f32::from_bits(bits.get(i).copied().unwrap_or(0)));
+        let summary = Summary { z_bounds: [low, high], greatest_z_step, brightest };
+        self.summary = Some(summary);
+        summary
     }
 
     /// Least and greatest signed CoC diameter, px, over the outer pinhole image.

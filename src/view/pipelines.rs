@@ -20,7 +20,8 @@ uniform! {
         pub z_near: f32,
         pub z_far: f32,
         pub unlit: u32,
-        pub _pad: [u32; 2],
+        pub lod_bias: f32,
+        pub _pad: u32,
     }
 }
 

@@ -29,6 +29,8 @@ pub(super) struct Shot<'a> {
     pub clip_from_view: Mat4,
     /// Lens position that shading looks from, metres in view space.
     pub shading_eye_m: DVec2,
+    /// Added to the mipmap level of textures.
+    pub lod_bias: f32,
     pub query: LayerQuery<'a>,
 }
 
@@ -176,6 +178,7 @@ impl SceneSource {
             z_near: shot.query.z_near,
             z_far: shot.query.z_far,
             unlit: self.scene.options.unlit.into(),
+            lod_bias: shot.lod_bias,
             ..Default::default()
         }
     }

@@ -1,0 +1,128 @@
+// What the passes of `adaptive` share: CoC radii in bins, tiles, and how a layered image
+// is laid out.
+//
+// s = c / 2 is the signed CoC radius in pixels. A lens ray through pixel p and lens point
+// v is p - v * s: straight in (x, y, s).
+//
+// Bins are equally wide in t = sign(s) sqrt(|s|): 64 of them resolve a tenth of a pixel
+// near the focus and a pixel where blur is tens of pixels wide.
+
+struct Adaptive {
+    /// Tiles of the outer frame; tile `first_tile` holds the inner frame's first pixel.
+    tiles: vec2u,
+    /// Tiles of the inner frame.
+    inner_tiles: vec2u,
+    /// Inner frame, px.
+    size: vec2u,
+    first_tile: u32,
+    /// Overscan, px.
+    overscan: u32,
+    layers: u32,
+    /// Lens points a pixel.
+    points: u32,
+    /// Tiles on every side from which a ray can come.
+    reach: u32,
+    /// 1: bins behind all visible surfaces within reach are dropped.
+    cull: u32,
+    /// t of the first bin's near edge, and of one bin.
+    first_t: f32,
+    bin_t: f32,
+    /// Least and greatest s in any bin.
+    nearest_s: f32,
+    farthest_s: f32,
+    /// Greatest |v| of a lens point.
+    lens_radius: f32,
+    /// Variance of the lens over that of a disc.
+    lens_variance: f32,
+    /// |s| up to which a hit is not filtered, and up to which it is filtered narrowly.
+    sharp_s: f32,
+    narrow_s: f32,
+    /// 1: fetches and hits are counted.
+    diagnose: u32,
+    /// Texels of the layers a pixel on each side.
+    fineness: u32,
+}
+
+/// The position in the layers, texels, of the position `at` in the outer frame, px: texel
+/// `fineness * i` has its centre at that of pixel i.
+fn texels_of(adaptive: Adaptive, at: vec2f) -> vec2f {
+    let k = f32(adaptive.fineness);
+    return k * at - 0.5 * (k - 1.0);
+}
+
+const TILE = 8u;
+const BINS = 64u;
+
+/// s of a texel without a surface: beyond all bins.
+const EMPTY_S = 60000.0;
+
+const COPY = 0u;
+const UNIFORM = 1u;
+const COMPLEX = 2u;
+
+/// Which bins a ray from a tile can hit.
+struct Tile {
+    /// Bins 0 to 31 and 32 to 63.
+    low: u32,
+    high: u32,
+    /// The farthest bin of the first layer; of the second layer; and of the second where
+    /// the first lies in front of its farthest bin in the tile.
+    farthest: u32,
+    hidden: u32,
+    hidden_by_front: u32,
+    /// COPY, UNIFORM or COMPLEX.
+    class_of: u32,
+    /// Length of the tile's list of emitters.
+    emitters: u32,
+}
+
+/// Light that is taken out of what rays read and brought to pixels one by one.
+struct Emitter {
+    /// Radiance over the limit, summed over its texels.
+    excess: vec3f,
+    /// CoC radius, px.
+    s: f32,
+    /// Centroid, texels of the outer frame.
+    at: vec2f,
+    /// Side of the cell that its texels lie in, px.
+    side: f32,
+}
+
+/// Greatest radiance that rays read from a surface with CoC radius s; what is over it
+/// comes from emitters. In focus there is no limit, and none sets in at once.
+fn highlight_limit(s: f32) -> f32 {
+    let blurred = clamp(abs(s) - 1.5, 0.0, 1.0);
+    return select(1e30, 2.0 / blurred, blurred > 0.0);
+}
+
+/// Whether a surface in bin `front` lies in front of those in bin `back` by enough to hide
+/// a gap that shows from elsewhere on the lens: half a pixel of s.
+fn in_front(adaptive: Adaptive, front: u32, back: u32) -> bool {
+    return front < back && edge_of(adaptive, front + 1u) < edge_of(adaptive, back + 1u) - 0.5;
+}
+
+fn bin_of(adaptive: Adaptive, s: f32) -> u32 {
+    let t = sign(s) * sqrt(abs(s));
+    return u32(clamp((t - adaptive.first_t) / adaptive.bin_t, 0.0, f32(BINS - 1u)));
+}
+
+/// s of the near edge of bin `i`.
+fn edge_of(adaptive: Adaptive, i: u32) -> f32 {
+    let t = adaptive.first_t + f32(i) * adaptive.bin_t;
+    return sign(t) * t * t;
+}
+
+/// The first `n` bins.
+fn first_bins(n: u32) -> vec2u {
+    let low = select((1u << min(n, 31u)) - 1u, 0xffffffffu, n >= 32u);
+    let above = max(n, 32u) - 32u;
+    return vec2u(low, select((1u << min(above, 31u)) - 1u, 0xffffffffu, above >= 32u));
+}
+
+fn first_bin(mask: vec2u) -> u32 {
+    return select(countTrailingZeros(mask.x), 32u + countTrailingZeros(mask.y), mask.x == 0u);
+}
+
+fn last_bin(mask: vec2u) -> u32 {
+    return select(31u - countLeadingZeros(mask.x), 63u - countLeadingZeros(mask.y), mask.y != 0u);
+}

@@ -1,0 +1,218 @@
+// adaptive, passes 1 and 2: which CoC radii the lens rays of each 8x8 tile can meet
+// (src/methods/adaptive/tiles.rs).
+//
+//   mark_tiles      s of all layers packed in one texel; the tile's occupied bins
+//   dilate_rows     bins of the tiles to the left and right whose blur reaches here
+//   classify_tiles  the same up and down, the umbra cull, the class, the lists
+//   plan_dispatches list lengths to workgroup grids
+
+#import lens
+#import layers
+
+@group(0) @binding(0) var<uniform> lens: Lens;
+@group(0) @binding(1) var<uniform> adaptive: Adaptive;
+@group(0) @binding(2) var depth: texture_2d_array<f32>;
+@group(0) @binding(3) var radii: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(4) var<storage, read_write> marked: array<Tile>;
+@group(0) @binding(5) var<storage, read_write> rows: array<Tile>;
+@group(0) @binding(6) var<storage, read_write> dilated: array<Tile>;
+/// Three lists, one a class, each as long as there are inner tiles.
+@group(0) @binding(7) var<storage, read_write> lists: array<u32>;
+/// Three of (workgroups x, y, z, list length).
+@group(0) @binding(8) var<storage, read_write> dispatches: array<atomic<u32>, 12>;
+/// The number of emitters, then the length of each inner tile's list of them.
+@group(0) @binding(10) var<storage, read> emitter_counts: array<u32>;
+@group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
+
+var<workgroup> bins_low: atomic<u32>;
+var<workgroup> bins_high: atomic<u32>;
+var<workgroup> farthest: atomic<u32>;
+var<workgroup> hidden: atomic<u32>;
+var<workgroup> hidden_by_front: atomic<u32>;
+
+/// Packs the radii of all layers at a texel and marks their bins.
+fn mark_texel(at: vec2u) {
+    var s = vec4f(EMPTY_S);
+    for (var k = 0u; k < adaptive.layers; k++) {
+        let z = textureLoad(depth, at, k, 0).r;
+        if z < 0.0 {
+            break;
+        }
+        s[k] = clamp(0.5 * coc_diameter_px(lens, z), adaptive.nearest_s, adaptive.farthest_s);
+        let bin = bin_of(adaptive, s[k]);
+        if bin < 32u {
+            atomicOr(&bins_low, 1u << bin);
+        } else {
+            atomicOr(&bins_high, 1u << (bin - 32u));
+        }
+        if k == 0u {
+            atomicMax(&farthest, bin);
+        } else if k == 1u {
+            atomicMax(&hidden, bin);
+        }
+    }
+    textureStore(radii, at, s);
+}
+
+fn fine_texel(pixel: vec2i, i: u32) -> vec2u {
+    return vec2u(pixel) * adaptive.fineness + vec2u(i % adaptive.fineness, i / adaptive.fineness);
+}
+
+/// The bin of one layer at a texel; BINS for none.
+fn bin_at(at: vec2u, layer: u32) -> u32 {
+    let z = textureLoad(depth, at, layer, 0).r;
+    return select(bin_of(adaptive, 0.5 * coc_diameter_px(lens, z)), BINS, z < 0.0);
+}
+
+/// Marks what lies behind a texel that is itself in front of others in the tile.
+fn mark_hidden(at: vec2u, back: u32) {
+    let second = bin_at(at, 1u);
+    if second < BINS && in_front(adaptive, bin_at(at, 0u), back) {
+        atomicMax(&hidden_by_front, second);
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn mark_tiles(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = vec2i(group.xy * TILE + local.xy + adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let inside = all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth) / adaptive.fineness));
+    let texels = select(0u, adaptive.fineness * adaptive.fineness, inside);
+    for (var i = 0u; i < texels; i++) {
+        mark_texel(fine_texel(at, i));
+    }
+    workgroupBarrier();
+    if adaptive.layers > 1u {
+        let back = atomicLoad(&farthest);
+        for (var i = 0u; i < texels; i++) {
+            mark_hidden(fine_texel(at, i), back);
+        }
+    }
+    workgroupBarrier();
+    if index == 0u && all(group.xy < adaptive.tiles) {
+        var tile = Tile();
+        tile.low = atomicLoad(&bins_low);
+        tile.high = atomicLoad(&bins_high);
+        tile.farthest = atomicLoad(&farthest);
+        tile.hidden = atomicLoad(&hidden);
+        tile.hidden_by_front = atomicLoad(&hidden_by_front);
+        marked[group.y * adaptive.tiles.x + group.x] = tile;
+    }
+}
+
+/// Bins whose blur reaches over `tiles` tiles: from the last pixel of a tile to the first
+/// of another there are 8 (tiles - 1) + 1 px. A ray may hit a surface a quarter of a pixel
+/// of s away from it and half a texel to the side.
+fn reaching_bins(tiles: u32) -> vec2u {
+    if tiles == 0u {
+        return vec2u(0xffffffffu);
+    }
+    let distance = f32(TILE * (tiles - 1u)) + 1.0;
+    let t = sqrt(max((distance - 0.5) / adaptive.lens_radius - 0.25, 0.0));
+    // Near bins with their near edge at or before -t, far ones with their far edge at or
+    // behind t.
+    let near_bins = clamp(floor((-t - adaptive.first_t) / adaptive.bin_t) + 1.0, 0.0, f32(BINS));
+    let before_far = clamp(ceil((t - adaptive.first_t) / adaptive.bin_t) - 1.0, 0.0, f32(BINS));
+    return first_bins(u32(near_bins)) | ~first_bins(u32(before_far));
+}
+
+fn merged(tile: Tile, other: Tile, tiles: u32) -> Tile {
+    let mask = reaching_bins(tiles) & vec2u(other.low, other.high);
+    var both = tile;
+    both.low |= mask.x;
+    both.high |= mask.y;
+    return both;
+}
+
+/// The farthest bin that a ray from a tile can meet. Where the farthest surface that the
+/// pinhole sees within reach is passed, a ray has met one, unless it went around something
+/// nearer and meets what that hides: a gap seen by no pixel.
+fn farthest_met(at: vec2u) -> u32 {
+    let from_tile = max(at, vec2u(adaptive.reach)) - adaptive.reach;
+    let to_tile = min(at + adaptive.reach, adaptive.tiles - 1u);
+    var seen = 0u;
+    for (var y = from_tile.y; y <= to_tile.y; y++) {
+        for (var x = from_tile.x; x <= to_tile.x; x++) {
+            seen = max(seen, marked[y * adaptive.tiles.x + x].farthest);
+        }
+    }
+    var met = seen;
+    for (var y = from_tile.y; y <= to_tile.y; y++) {
+        for (var x = from_tile.x; x <= to_tile.x; x++) {
+            let tile = marked[y * adaptive.tiles.x + x];
+            let all_in_front = in_front(adaptive, tile.farthest, seen);
+            met = max(met, select(tile.hidden_by_front, tile.hidden, all_in_front));
+        }
+    }
+    return met;
+}
+
+@compute @workgroup_size(8, 8)
+fn dilate_rows(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= adaptive.tiles) {
+        return;
+    }
+    var tile = Tile();
+    let from_x = max(id.x, adaptive.reach) - adaptive.reach;
+    let to_x = min(id.x + adaptive.reach, adaptive.tiles.x - 1u);
+    for (var x = from_x; x <= to_x; x++) {
+        tile = merged(tile, marked[id.y * adaptive.tiles.x + x], max(x, id.x) - min(x, id.x));
+    }
+    rows[id.y * adaptive.tiles.x + id.x] = tile;
+}
+
+/// Everything is in focus: a disc of 0.4 px radius has a standard deviation of 0.2 px.
+const COPY_S = 0.4;
+
+fn class_of(mask: vec2u) -> u32 {
+    let nearest = edge_of(adaptive, first_bin(mask));
+    let farthest = edge_of(adaptive, last_bin(mask) + 1u);
+    let greatest = max(abs(nearest), abs(farthest));
+    if greatest < COPY_S {
+        return COPY;
+    }
+    return select(COMPLEX, UNIFORM, farthest - nearest <= 0.5 + 0.3 * greatest);
+}
+
+@compute @workgroup_size(8, 8)
+fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= adaptive.inner_tiles) {
+        return;
+    }
+    let at = id.xy + adaptive.first_tile;
+    var tile = Tile();
+    let from_y = max(at.y, adaptive.reach) - adaptive.reach;
+    let to_y = min(at.y + adaptive.reach, adaptive.tiles.y - 1u);
+    for (var y = from_y; y <= to_y; y++) {
+        tile = merged(tile, rows[y * adaptive.tiles.x + at.x], max(y, at.y) - min(y, at.y));
+    }
+    if adaptive.cull != 0u {
+        let kept = first_bins(farthest_met(at) + 1u);
+        tile.low &= kept.x;
+        tile.high &= kept.y;
+    }
+    let index = id.y * adaptive.inner_tiles.x + id.x;
+    tile.emitters = emitter_counts[1u + index];
+    tile.class_of = select(class_of(vec2u(tile.low, tile.high)), COMPLEX, tile.emitters > 0u);
+    dilated[index] = tile;
+    let place = atomicAdd(&dispatches[4u * tile.class_of + 3u], 1u);
+    let length = adaptive.inner_tiles.x * adaptive.inner_tiles.y;
+    lists[tile.class_of * length + place] = id.x | (id.y << 16u);
+    textureStore(classes, id.xy, vec4f(f32(tile.class_of) * 0.5));
+}
+
+/// Workgroups along x: what every adapter allows.
+const MAX_GROUPS = 65535u;
+
+@compute @workgroup_size(1)
+fn plan_dispatches() {
+    for (var i = 0u; i < 3u; i++) {
+        let length = atomicLoad(&dispatches[4u * i + 3u]);
+        atomicStore(&dispatches[4u * i], min(length, MAX_GROUPS));
+        atomicStore(&dispatches[4u * i + 1u], (length + MAX_GROUPS - 1u) / MAX_GROUPS);
+        atomicStore(&dispatches[4u * i + 2u], 1u);
+    }
+}

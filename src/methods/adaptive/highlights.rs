@@ -1,0 +1,147 @@
+//! Highlights: texels far brighter than white, brought to the pixels that their blur
+//! covers one by one instead of by chance.
+
+use super::AdaptiveUniform;
+use super::tiles::TILE_PX;
+use crate::aperture::Aperture;
+use crate::gpu::{Frame, Gpu, Shader, Texture, TextureKey};
+use crate::view::Peeled;
+use crate::{shader, uniform};
+use glam::{UVec2, dvec2};
+use half::f16;
+use std::sync::Mutex;
+
+const SHADER: Shader = shader!("methods/adaptive_highlights");
+
+/// Radiance above which a blurred texel becomes an emitter: `highlight_limit` in the
+/// shaders.
+pub const LIMIT: f32 = 2.0;
+
+/// Emitters that a tile can list. Cells are an eighth to a quarter of the blur's radius
+/// wide, so that about 200 cover a pixel even where everything is bright.
+const CAPACITY: u32 = 256;
+
+/// Side of the aperture's table: a texel is 1/32 of the lens's radius.
+const TABLE_SIDE: u32 = 128;
+
+/// Mipmap levels of the table, down to 4x4 texels of a lens radius each.
+const TABLE_LEVELS: u32 = 6;
+
+uniform! {
+    pub(super) struct HighlightsUniform {
+        pub capacity: u32,
+    }
+}
+
+/// Emitters and the tiles that see them, on the GPU.
+pub(super) struct Highlights {
+    pub uniform: HighlightsUniform,
+    pub counts: wgpu::Buffer,
+    pub lists: wgpu::Buffer,
+    pub emitters: wgpu::Buffer,
+    /// Density of lens points over the square of v from -2 to 2 lens radii.
+    pub aperture: Texture,
+}
+
+impl Highlights {
+    /// None: every list is empty.
+    pub fn none(frame: &mut Frame<'_>, adaptive: &AdaptiveUniform) -> Self {
+        let gpu = frame.gpu();
+        frame.skip("no highlights");
+        Self {
+            uniform: HighlightsUniform { capacity: 0 },
+            counts: counts(gpu, adaptive),
+            lists: gpu.buffer("emitter lists", 4),
+            emitters: gpu.buffer("emitters", 32),
+            aperture: frame.texture("no aperture", UVec2::ONE, wgpu::TextureFormat::Rgba16Float),
+        }
+    }
+
+    /// Records the pass that finds the emitters of the first layer.
+    pub fn find(
+        frame: &mut Frame<'_>,
+        aperture: &Aperture,
+        peeled: &Peeled,
+        radii: &Texture,
+        adaptive: &AdaptiveUniform,
+    ) -> Self {
+        let gpu = frame.gpu();
+        let [columns, rows] = adaptive.inner_tiles.map(u64::from);
+        let texels = u64::from(radii.size().x) * u64::from(radii.size().y);
+        let found = Self {
+            uniform: HighlightsUniform { capacity: CAPACITY },
+            counts: counts(gpu, adaptive),
+            lists: gpu.buffer("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
+            emitters: gpu.buffer("emitters", 32 * texels),
+            aperture: aperture_table(gpu, aperture),
+        };
+        frame
+            .pass(&SHADER, "find_emitters")
+            .uniform("adaptive", adaptive)
+            .uniform("highlights", &found.uniform)
+            .texture("radii", radii)
+            .texture("colors", &peeled.color)
+            .buffer("emitter_counts", &found.counts)
+            .buffer("emitter_lists", &found.lists)
+            .buffer("emitters", &found.emitters)
+            .dispatch(UVec2::from(adaptive.tiles) * TILE_PX * peeled.fineness);
+        found
+    }
+}
+
+fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> wgpu::Buffer {
+    let [columns, rows] = adaptive.inner_tiles.map(u64::from);
+    gpu.buffer("emitter counts", 4 * (1 + columns * rows))
+}
+
+/// The intensity over the aperture with mipmaps, uploaded.
+fn aperture_table(gpu: &Gpu, aperture: &Aperture) -> Texture {
+    let format = wgpu::TextureFormat::Rgba16Float;
+    let size = UVec2::splat(TABLE_SIDE);
+    let texture = gpu.texture_of("aperture", TextureKey { size, levels: TABLE_LEVELS, layers: 1, format });
+    let mut densities = densities(aperture);
+    let mut side = TABLE_SIDE;
+    for mip_level in 0..TABLE_LEVELS {
+        let texels: Vec<[f16; 4]> = densities.iter().map(|d| [f16::from_f32(*d); 4]).collect();
+        let target = wgpu::TexelCopyTextureInfo { mip_level, ..texture.raw().as_image_copy() };
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 8), rows_per_image: None };
+        let extent = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
+        gpu.queue().write_texture(target, bytemuck::cast_slice(&texels), layout, extent);
+        side /= 2;
+        let finer = |x: u32, y: u32| densities[(y * 2 * side + x) as usize];
+        let coarser = |i: u32| {
+            let (x, y) = (2 * (i % side), 2 * (i / side));
+            0.25 * (finer(x, y) + finer(x + 1, y) + finer(x, y + 1) + finer(x + 1, y + 1))
+        };
+        densities = (0..side * side).map(coarser).collect();
+    }
+    texture
+}
+
+/// The table of the aperture that was last asked for: it takes milliseconds to make, and
+/// apertures change rarely.
+static LAST: Mutex<Option<(Aperture, Vec<f32>)>> = Mutex::new(None);
+
+/// Mean density in each texel of the table, whose sum is exactly that of the aperture.
+fn densities(aperture: &Aperture) -> Vec<f32> {
+    let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
+    if let Some((known, densities)) = &*last
+        && known == aperture
+    {
+        return densities.clone();
+    }
+    // Sub-texels on each side, for the edges.
+    const FINER: u32 = 3;
+    let step = 4.0 * aperture.radius() / f64::from(TABLE_SIDE * FINER);
+    let at = |i: u32| (f64::from(i) + 0.5) * step - 2.0 * aperture.radius();
+    let mean = |texel: u32| {
+        let (x, y) = (FINER * (texel % TABLE_SIDE), FINER * (texel / TABLE_SIDE));
+        let points = (0..FINER * FINER).map(|i| dvec2(at(x + i % FINER), at(y + i / FINER)));
+        points.map(|v| aperture.intensity(v)).sum::<f64>() / f64::from(FINER * FINER)
+    };
+    let densities: Vec<f64> = (0..TABLE_SIDE * TABLE_SIDE).map(mean).collect();
+    let integral = densities.iter().sum::<f64>() * (step * f64::from(FINER)).powi(2);
+    let densities: Vec<f32> = densities.iter().map(|d| (d / integral) as f32).collect();
+    *last = Some((aperture.clone(), densities.clone()));
+    densities
+}

@@ -1,0 +1,62 @@
+//! Lens points that differ from pixel to pixel, and by pixel only: noise that stays where
+//! it is.
+
+use crate::aperture::Aperture;
+use glam::{DVec2, dvec2};
+use std::f64::consts::{FRAC_PI_4, TAU};
+
+/// The golden angle, radians.
+const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
+
+/// `count` lens points for each of the 8x8 pixels of a tile, row by row: a Vogel spiral
+/// turned by interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call
+/// of Duty: Advanced Warfare", 2014), taken from the disc to the aperture. Without
+/// `rotate` all pixels share one set.
+pub fn lens_points(aperture: &Aperture, count: u32, rotate: bool) -> Vec<[f32; 2]> {
+    let pixel_points = |pixel: u32| {
+        let turn = if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
+        (0..count).map(move |i| {
+            let radius = ((f64::from(i) + 0.5) / f64::from(count)).sqrt();
+            let angle = GOLDEN_ANGLE * f64::from(i) + TAU * turn;
+            let disc = radius * dvec2(angle.cos(), angle.sin());
+            let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };
+            v.as_vec2().to_array()
+        })
+    };
+    (0..64).flat_map(pixel_points).collect()
+}
+
+fn gradient_noise(x: u32, y: u32) -> f64 {
+    (52.982_918_9 * (0.067_110_56 * f64::from(x) + 0.005_837_15 * f64::from(y)).fract()).fract()
+}
+
+/// The inverse of Shirley and Chiu's concentric map, which `Aperture::map_square` begins
+/// with.
+fn square_from_disc(disc: DVec2) -> DVec2 {
+    let radius = disc.length();
+    let p = if radius == 0.0 {
+        DVec2::ZERO
+    } else if disc.x.abs() > disc.y.abs() {
+        let x = radius.copysign(disc.x);
+        dvec2(x, x / FRAC_PI_4 * (disc.y / disc.x).atan())
+    } else {
+        let y = radius.copysign(disc.y);
+        dvec2(y / FRAC_PI_4 * (disc.x / disc.y).atan(), y)
+    };
+    0.5 * (p + DVec2::ONE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_square_map_is_inverted() {
+        for i in 0..200 {
+            let angle = f64::from(i);
+            let disc = (f64::from(i) / 200.0) * dvec2(angle.cos(), angle.sin());
+            let back = Aperture::Disc.map_square(square_from_disc(disc));
+            assert!((back - disc).length() < 1e-12, "{disc} becomes {back}");
+        }
+    }
+}
