@@ -19,8 +19,8 @@ struct Reduction {
 @group(0) @binding(3) var marked: texture_storage_2d<r32float, write>;
 @group(0) @binding(4) var below: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var<uniform> reduction: Reduction;
-@group(0) @binding(6) var finer: texture_2d<f32>;
-@group(0) @binding(7) var coarser: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(6) var finer: texture_2d_array<f32>;
+@group(0) @binding(7) var coarser: texture_storage_2d_array<rgba16float, write>;
 
 @compute @workgroup_size(8, 8)
 fn mark_layer(@builtin(global_invocation_id) id: vec3u) {
@@ -41,7 +41,7 @@ fn reduce_layer(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec4f(0.0);
     for (var i = 0u; i < 4u; i++) {
-        sum += textureLoad(finer, min(2u * id.xy + vec2u(i % 2u, i / 2u), reduction.finer_size - 1u), 0);
+        sum += textureLoad(finer, min(2u * id.xy + vec2u(i % 2u, i / 2u), reduction.finer_size - 1u), 0, 0);
     }
-    textureStore(coarser, id.xy, 0.25 * sum);
+    textureStore(coarser, id.xy, 0, 0.25 * sum);
 }
