@@ -375,6 +375,7 @@ fn fine_layers_hold_the_pinhole_image_at_pixel_centres() {
     let mut view = bars();
     let mut frame = gpu().frame();
     let pinhole = view.pinhole(&mut frame);
+    frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
     for fineness in [2, 3] {
         let peeled = view.peeled(&mut frame, 2, fineness, 0.01).unwrap();
