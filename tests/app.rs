@@ -134,7 +134,8 @@ fn first_start_shows_a_blurred_scene_and_then_rests() {
 fn lens_inputs_change_the_lens_and_draw_no_triangle() {
     let mut window = small(&["mipmap"]);
     let frames = window.state().engine().rendered_frames();
-    let inputs: [(&str, &str, fn(&App) -> f64, f64); 6] = [
+    type Read = fn(&App) -> f64;
+    let inputs: [(&str, &str, Read, f64); 6] = [
         ("Aperture E", "6.5", |app| app.settings().lens.aperture_diameter_mm, 6.5),
         ("Focal length F", "18", |app| app.settings().lens.focal_length_mm, 18.0),
         ("Image at dr", "23", |app| app.settings().lens.image_distance_mm, 23.0),
