@@ -75,7 +75,7 @@ fn render_writes_exr_layers_and_json() {
     let folder = folder();
     let args = "render scene.glb --size 64x48 --method accumulation --samples 8 --mean-coc 3 -o out.exr --json -";
     let json = json_of(folder.path(), args);
-    let keys = "adapter backend scene size method params lens coc passes gpu_ms drawn skipped";
+    let keys = "adapter backend scene size method params lens coc passes gpu_ms drawn skipped peak_texture_bytes";
     assert_keys(&json, &keys.split(' ').collect::<Vec<_>>());
     assert_keys(&json["lens"], &["E", "F", "dr", "ds", "dpi", "focus_m", "K_px", "aperture"]);
     assert_keys(&json["coc"], &["mean_px", "min_signed_px", "max_signed_px"]);
@@ -112,7 +112,8 @@ fn compare_writes_json_images_and_a_report() {
     assert_eq!(json["reference"]["method"], "accumulation");
     assert_eq!(json["reference"]["samples"], 8);
     assert!(json["reference"]["self_psnr_db"].as_f64().is_some_and(|db| db > 10.0), "{json:#}");
-    let keys = "method params psnr_db psnr_defocused_db ssim flip rel_mse worst_block_psnr_db gpu_ms";
+    let keys = "method params psnr_db psnr_defocused_db ssim flip rel_mse worst_block_psnr_db gpu_ms drawn skipped \
+                peak_texture_bytes";
     for result in json["results"].as_array().expect("a list") {
         assert_keys(result, &keys.split(' ').collect::<Vec<_>>());
     }
@@ -126,6 +127,8 @@ fn compare_writes_json_images_and_a_report() {
     }
     assert!(db(pinhole, "psnr_defocused_db") <= db(pinhole, "psnr_db"), "pixels in focus only flatter");
     assert_eq!(mipmap["gpu_ms"]["runs"], 2);
+    // At least the image and its depth are there.
+    assert!(mipmap["peak_texture_bytes"].as_u64().expect("a number") >= 64 * 48 * (8 + 4), "{mipmap:#}");
     assert!(db(&mipmap["gpu_ms"], "min") <= db(&mipmap["gpu_ms"], "median"));
 
     let files = names(&folder.path().join("out"));

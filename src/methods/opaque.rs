@@ -78,26 +78,16 @@ impl Method for Opaque {
         let sub_images = SubImages::new(frame, view, lens, &self.spacing, &wanted);
 
         let matted = sub_images.matte(frame);
-        frame
-            .pass(&SHADER, "matte_and_reduce")
-            .uniform("lens", &sub_images.lens)
-            .uniform("sub_images", &sub_images.uniform)
-            .buffer("occupied", &sub_images.occupied)
-            .texture("color", &pinhole.color)
-            .texture("depth", &pinhole.depth)
+        sub_images
+            .bind(frame.pass(&SHADER, "matte_and_reduce"), &pinhole)
             .texture("coarser", &matted)
             .dispatch_layers(matted.size(), sub_images.blurred_count());
 
         let blurred = sub_images.blur(frame, matted);
 
         let result = frame.color_texture("opaque", view.size());
-        frame
-            .pass(&SHADER, "blur_and_blend")
-            .uniform("lens", &sub_images.lens)
-            .uniform("sub_images", &sub_images.uniform)
-            .buffer("occupied", &sub_images.occupied)
-            .texture("color", &pinhole.color)
-            .texture("depth", &pinhole.depth)
+        sub_images
+            .bind(frame.pass(&SHADER, "blur_and_blend"), &pinhole)
             .texture("analysis", &blurred.analysis)
             .texture("blur", &blurred.blur)
             .texture("glow", &blurred.glow)

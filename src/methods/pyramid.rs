@@ -124,13 +124,7 @@ impl Known {
 
 /// What evaluating a disoccluded pixel takes.
 fn bind_pixels<'f, 'g>(pass: Pass<'f, 'g>, sub_images: &SubImages, pinhole: &Layer, filled: &Known) -> Pass<'f, 'g> {
-    pass.uniform("lens", &sub_images.lens)
-        .uniform("sub_images", &sub_images.uniform)
-        .buffer("occupied", &sub_images.occupied)
-        .texture("color", &pinhole.color)
-        .texture("depth", &pinhole.depth)
-        .texture("filled_color", &filled.color)
-        .texture("filled_depth", &filled.depth)
+    sub_images.bind(pass, pinhole).texture("filled_color", &filled.color).texture("filled_depth", &filled.depth)
 }
 
 /// Pull-push: level 1 of each sub-image with its holes filled. Pixels are completed from
@@ -138,13 +132,8 @@ fn bind_pixels<'f, 'g>(pass: Pass<'f, 'g>, sub_images: &SubImages, pinhole: &Lay
 fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) -> Known {
     let coarsest = sub_images.levels_to_one() + LEVELS_TO_MEET;
     let known: Vec<Known> = (1..=coarsest).map(|level| Known::new(frame, sub_images, level)).collect();
-    frame
-        .pass(&SHADER, "pull_image")
-        .uniform("lens", &sub_images.lens)
-        .uniform("sub_images", &sub_images.uniform)
-        .buffer("occupied", &sub_images.occupied)
-        .texture("color", &pinhole.color)
-        .texture("depth", &pinhole.depth)
+    sub_images
+        .bind(frame.pass(&SHADER, "pull_image"), pinhole)
         .texture("color_out", &known[0].color)
         .texture("depth_out", &known[0].depth)
         .dispatch_layers(known[0].color.size(), sub_images.count());
@@ -175,5 +164,6 @@ fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) ->
             .dispatch_layers(finer.color.size(), sub_images.count());
         filled = finer;
     }
+    frame.expose("disoccluded sub-images", &filled.color);
     filled
 }

@@ -21,9 +21,9 @@
 //! pass.
 
 use super::Param;
-use crate::gpu::{Frame, Shader, Texture, TextureKey};
+use crate::gpu::{Frame, Pass, Shader, Texture, TextureKey};
 use crate::lens::Lens;
-use crate::view::{LensUniform, View};
+use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 
@@ -189,8 +189,8 @@ pub(super) struct Wanted {
 
 /// The sub-images of a view, and what their passes bind.
 pub(super) struct SubImages {
-    pub uniform: SubImagesUniform,
-    pub lens: LensUniform,
+    uniform: SubImagesUniform,
+    lens: LensUniform,
     /// Bit l is set if any pixel lies in the sub-image of layer l.
     pub occupied: wgpu::Buffer,
     /// |i| by layer, falling: the layers of a level are the first ones.
@@ -243,6 +243,15 @@ impl SubImages {
         Self { uniform, lens, occupied, levels, centre, glow: wanted.glow }
     }
 
+    /// Binds what the pixels of sub-images are made of.
+    pub fn bind<'f, 'g>(&self, pass: Pass<'f, 'g>, pinhole: &Layer) -> Pass<'f, 'g> {
+        pass.uniform("lens", &self.lens)
+            .uniform("sub_images", &self.uniform)
+            .buffer("occupied", &self.occupied)
+            .texture("color", &pinhole.color)
+            .texture("depth", &pinhole.depth)
+    }
+
     /// Number of sub-images.
     pub fn count(&self) -> u32 {
         self.levels.len() as u32
@@ -291,9 +300,16 @@ impl SubImages {
     /// last synthesis step, which the methods fuse with blending.
     pub fn blur(&self, frame: &mut Frame<'_>, first: Texture) -> Blurred {
         let analysis = self.analyse(frame, first);
+        for (level, texture) in (1..).zip(&analysis) {
+            frame.expose(format!("sub-images, level {level}"), texture);
+        }
         let mut blurred = Blurred::starting_at(&analysis[analysis.len() - 1]);
         for finer in (1..self.deepest()).rev() {
             blurred = self.expand(frame, finer, &analysis, &blurred);
+        }
+        frame.expose("blurred sub-images", &blurred.blur);
+        if self.glow {
+            frame.expose("glow of sub-images", &blurred.glow);
         }
         Blurred { analysis: analysis[0].clone(), ..blurred }
     }

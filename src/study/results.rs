@@ -2,7 +2,7 @@
 //! never 0 or infinity.
 
 use super::{Comparison, MethodResult, Rendered, Truth, compare};
-use crate::gpu::{Gpu, PassTime};
+use crate::gpu::{FrameStats, Gpu, PassTime};
 use crate::lens::{CocStatistics, Lens};
 use crate::metrics::Metrics;
 use glam::UVec2;
@@ -96,6 +96,27 @@ pub struct Drawn {
     pub views: u64,
 }
 
+/// What making an image took, beside time.
+#[derive(Clone, Debug, Serialize)]
+pub struct Work {
+    /// What was drawn.
+    pub drawn: Drawn,
+    /// Most bytes of textures alive at once, the view's own included.
+    pub peak_texture_bytes: u64,
+    /// What was not needed, by name, with how often.
+    pub skipped: BTreeMap<String, u64>,
+}
+
+impl From<&FrameStats> for Work {
+    fn from(stats: &FrameStats) -> Self {
+        Self {
+            drawn: Drawn { triangles: stats.triangles, views: stats.views },
+            peak_texture_bytes: stats.peak_texture_bytes,
+            skipped: stats.skipped.clone(),
+        }
+    }
+}
+
 /// One image.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderJson {
@@ -110,10 +131,9 @@ pub struct RenderJson {
     pub passes: Vec<PassTime>,
     /// Their sum, ms.
     pub gpu_ms: Option<f64>,
-    /// What was drawn.
-    pub drawn: Drawn,
-    /// What was not needed, by name, with how often.
-    pub skipped: BTreeMap<String, u64>,
+    /// What else it took.
+    #[serde(flatten)]
+    pub work: Work,
 }
 
 impl RenderJson {
@@ -125,8 +145,7 @@ impl RenderJson {
             params,
             passes: rendered.passes.clone(),
             gpu_ms: rendered.gpu_ms(),
-            drawn: Drawn { triangles: rendered.stats.triangles, views: rendered.stats.views },
-            skipped: rendered.stats.skipped.clone(),
+            work: Work::from(&rendered.stats),
         }
     }
 }
@@ -168,6 +187,9 @@ pub struct ResultJson {
     pub metrics: MetricsJson,
     /// GPU times.
     pub gpu_ms: Option<compare::RunTimes>,
+    /// What else the last run took.
+    #[serde(flatten)]
+    pub work: Work,
 }
 
 /// Differences between two images; all null where there is nothing to compare with.
@@ -213,6 +235,7 @@ impl From<&MethodResult> for ResultJson {
             params: result.params.clone(),
             metrics: result.metrics.as_ref().map(MetricsJson::from).unwrap_or_default(),
             gpu_ms: result.gpu_ms,
+            work: Work::from(&result.stats),
         }
     }
 }
