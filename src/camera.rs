@@ -19,6 +19,11 @@ pub struct Camera {
     pub aspect: Option<f64>,
     /// Distance of the near plane, metres. Nothing nearer is drawn.
     pub near_m: f64,
+    /// Where the centre of the frame lies off the optical axis: the slopes (x right, y up)
+    /// of its direction in view space. 0 for a symmetric view; an eye beside the middle of
+    /// a screen has an asymmetric one ([`Camera::beside`]).
+    #[serde(default)]
+    pub frame_centre_slope: DVec2,
 }
 
 impl Camera {
@@ -28,7 +33,7 @@ impl Camera {
         let up = if back.cross(DVec3::Y).length_squared() < 1e-12 { DVec3::Z } else { DVec3::Y };
         let right = up.cross(back).normalize();
         let orientation = DQuat::from_mat3(&DMat3::from_cols(right, back.cross(right), back));
-        Self { position: eye, orientation, fov_y, aspect: None, near_m }
+        Self { position: eye, orientation, fov_y, aspect: None, near_m, frame_centre_slope: DVec2::ZERO }
     }
 
     /// Takes world space to view space.
@@ -49,7 +54,28 @@ impl Camera {
         let size_px = size.as_dvec2();
         let aspect = size_px.x / size_px.y;
         let tan_half_y = (self.fov_y * 0.5).tan() * (self.aspect.unwrap_or(aspect) / aspect).max(1.0);
-        Projection { size, overscan_px, focal_px: size_px.y * 0.5 / tan_half_y, near_m: self.near_m }
+        let focal_px = size_px.y * 0.5 / tan_half_y;
+        let slope = self.frame_centre_slope;
+        let axis_px = dvec2(-slope.x, slope.y) * focal_px;
+        Projection { size, overscan_px, focal_px, axis_px, near_m: self.near_m }
+    }
+
+    /// The same camera with the vertical field of view that gives a frame of `size` the
+    /// horizontal one `fov_x` (radians, in (0, pi)), whatever its own aspect ratio was.
+    pub fn with_fov_x(&self, size: UVec2, fov_x: f64) -> Self {
+        let height_per_width = f64::from(size.y) / f64::from(size.x.max(1));
+        let fov_y = 2.0 * ((0.5 * fov_x).tan() * height_per_width).atan();
+        Self { fov_y, aspect: None, ..*self }
+    }
+
+    /// The same view from `offset_m` metres to the right, through the same window: what lies
+    /// at the depth `screen_m` keeps its place in the frame. The optical axes stay parallel,
+    /// so that depths and thus the CoC of what lies across them stay the same too; with an
+    /// infinite `screen_m` the frustum stays symmetric.
+    pub fn beside(&self, offset_m: f64, screen_m: f64) -> Self {
+        let position = self.position + self.orientation * (DVec3::X * offset_m);
+        let frame_centre_slope = self.frame_centre_slope - dvec2(offset_m / screen_m, 0.0);
+        Self { position, frame_centre_slope, ..*self }
     }
 }
 
@@ -61,8 +87,11 @@ pub struct Projection {
     /// Margin on every side of the inner frame, px.
     pub overscan_px: u32,
     /// Distance of the image plane from the pinhole in pixels: a point at view (x, y, -d)
-    /// lies `focal_px * (x, -y) / d` from the centre of the frame.
+    /// lies `axis_px + focal_px * (x, -y) / d` from the centre of the frame.
     pub focal_px: f64,
+    /// Where the optical axis meets the image plane, px from the centre of the inner frame
+    /// (x right, y down); 0 for a symmetric frustum.
+    pub axis_px: DVec2,
     /// Distance of the near plane, metres.
     pub near_m: f64,
 }
@@ -75,7 +104,9 @@ impl Projection {
 
     /// Full horizontal field of view of the inner frame, radians.
     pub fn fov_x(&self) -> f64 {
-        2.0 * (f64::from(self.size.x) * 0.5 / self.focal_px).atan()
+        let half_px = f64::from(self.size.x) * 0.5;
+        let angle = |side_px: f64| (side_px / self.focal_px).atan();
+        angle(half_px + self.axis_px.x) + angle(half_px - self.axis_px.x)
     }
 
     /// Clip space (reversed, infinite depth; z/w = near/d) from view space for the eye
@@ -88,8 +119,9 @@ impl Projection {
         let eye_m = self.eye_on_lens_m(lens, v);
         let outer = self.outer_size().as_dvec2();
         let (sx, sy) = (2.0 * self.focal_px / outer.x, 2.0 * self.focal_px / outer.y);
-        // x_clip = sx * (x - eye) + d * sx * eye / df, with d = -z. The far limit df -> inf
-        // has no shear, and v = 0 has none either.
+        // x_clip = sx * (x - eye) + d * (sx * eye / df + axis), with d = -z. The far limit
+        // df -> inf has no shear, and v = 0 has none either.
+        let axis = self.axis_px * dvec2(2.0, -2.0) / outer;
         let shear = if eye_m == DVec2::ZERO { DVec2::ZERO } else { eye_m / lens.focus_distance_m };
         Mat4::from_cols_array(&[
             sx as f32,
@@ -100,8 +132,8 @@ impl Projection {
             sy as f32,
             0.0,
             0.0,
-            (-sx * shear.x) as f32,
-            (-sy * shear.y) as f32,
+            (-sx * shear.x - axis.x) as f32,
+            (-sy * shear.y - axis.y) as f32,
             0.0,
             -1.0,
             (-sx * eye_m.x) as f32,
@@ -120,7 +152,7 @@ impl Projection {
     /// View-space direction (not normalised, z = -1) through the point `p` of the inner
     /// frame, px from its top left corner.
     pub fn view_direction(&self, p: DVec2) -> DVec3 {
-        let from_centre = (p - self.size.as_dvec2() * 0.5) / self.focal_px;
-        DVec3::new(from_centre.x, -from_centre.y, -1.0)
+        let slope = (p - self.size.as_dvec2() * 0.5 - self.axis_px) / self.focal_px;
+        DVec3::new(slope.x, -slope.y, -1.0)
     }
 }

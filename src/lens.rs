@@ -253,6 +253,34 @@ impl Lens {
         2.0 * (f64::from(width_px) / (2.0 * self.density_px_per_mm * self.screen_distance_mm)).atan()
     }
 
+    /// The same lens with the display's pixel density such that an image of `width_px` spans
+    /// the horizontal field of view `fov_x` (radians, in (0, pi)) as seen from `ds`: the
+    /// inverse of [`Lens::display_fov_x`].
+    pub fn with_display_fov_x(&self, width_px: u32, fov_x: f64) -> Self {
+        let screen_mm = 2.0 * self.screen_distance_mm * (0.5 * fov_x).tan();
+        Self { density_px_per_mm: f64::from(width_px) / screen_mm, ..self.clone() }
+    }
+
+    /// The same lens with E such that F/E is `f_number`; a pinhole where that is infinite.
+    pub fn with_f_number(&self, f_number: f64) -> Self {
+        Self { aperture_diameter_mm: self.focal_length_mm / f_number, ..self.clone() }
+    }
+
+    /// Pixels of the display in a degree of the eye's view, at the middle of the screen.
+    pub fn px_per_degree(&self) -> f64 {
+        self.density_px_per_mm * self.screen_distance_mm * 1_f64.to_radians()
+    }
+
+    /// What `px` on the display measure on the image plane (the retina, the sensor), mm.
+    pub fn on_image_plane_mm(&self, px: f64) -> f64 {
+        px / self.density_px_per_mm * (self.image_distance_mm / self.screen_distance_mm)
+    }
+
+    /// The angle, arc minutes, under which the eye sees `px` at the middle of the display.
+    pub fn arc_minutes(&self, px: f64) -> f64 {
+        2.0 * (0.5 * px / (self.density_px_per_mm * self.screen_distance_mm)).atan().to_degrees() * 60.0
+    }
+
     /// CoC statistics over depths in metres; `None` for no depths.
     pub fn coc_statistics(&self, depths_m: impl IntoIterator<Item = f32>) -> Option<CocStatistics> {
         let coc = self.coc();

@@ -30,8 +30,11 @@ pub mod aperture;
 #[cfg(feature = "app")]
 pub mod app;
 pub mod camera;
+pub mod combine;
 pub mod display;
+pub mod focus;
 pub mod gpu;
+pub mod histogram;
 pub mod image;
 pub mod image_io;
 pub mod lens;
@@ -41,5 +44,6 @@ pub mod present;
 pub mod presets;
 pub mod raytrace;
 pub mod scene;
+pub mod stereo;
 pub mod study;
 pub mod view;

@@ -13,6 +13,18 @@ pub struct LensPreset {
     pub source: String,
     /// The lens, in focus at a distance that suits it.
     pub lens: Lens,
+    /// The display, where it is worn on the head.
+    #[serde(default)]
+    pub headset: Option<Headset>,
+}
+
+/// A head-mounted display: what the lens does not say about it.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Headset {
+    /// Pixels of one eye's display.
+    pub eye_px: (u32, u32),
+    /// Fastest refresh, Hz.
+    pub refresh_hz: f64,
 }
 
 /// A name that no preset has.

@@ -171,7 +171,8 @@ fn pixel_of(projection: &Projection, lens: &Lens, v: DVec2, point: DVec3) -> (DV
 #[test]
 fn the_sheared_projection_moves_points_by_the_coc() {
     let lens = Lens { aperture_diameter_mm: 40.0, ..eye() };
-    let projection = Projection { size: uvec2(640, 480), overscan_px: 16, focal_px: 500.0, near_m: 0.1 };
+    let axis_px = dvec2(37.0, -120.5);
+    let projection = Projection { size: uvec2(640, 480), overscan_px: 16, focal_px: 500.0, axis_px, near_m: 0.1 };
     let points = lens.aperture.lens_points(32);
     for v in points {
         for d_m in [0.5, 1.0, 2.9, 3.0, 5.0, 40.0, 1000.0] {
@@ -191,7 +192,8 @@ fn the_sheared_projection_moves_points_by_the_coc() {
 
 #[test]
 fn the_sheared_projection_has_its_limits() {
-    let projection = Projection { size: uvec2(64, 64), overscan_px: 0, focal_px: 60.0, near_m: 0.1 };
+    let projection =
+        Projection { size: uvec2(64, 64), overscan_px: 0, focal_px: 60.0, axis_px: DVec2::ZERO, near_m: 0.1 };
     // At infinity (w = 0 in view space) a point still moves by v K / 2.
     let v = dvec2(0.6, -0.8);
     let lens = Lens { aperture_diameter_mm: 40.0, ..eye() };
@@ -245,7 +247,7 @@ proptest! {
 
     #[test]
     fn any_projection_keeps_the_focus_plane(lens in any_lens(), vx in -1.0_f64..1.0, vy in -1.0_f64..1.0, x in -0.5_f64..0.5) {
-        let projection = Projection { size: UVec2::splat(256), overscan_px: 0, focal_px: 200.0, near_m: 0.01 };
+        let projection = Projection { size: UVec2::splat(256), overscan_px: 0, focal_px: 200.0, axis_px: DVec2::ZERO, near_m: 0.01 };
         let point = DVec3::new(x, 0.2, -1.0) * lens.focus_distance_m;
         let v = dvec2(vx, vy);
         let still = pixel_of(&projection, &lens, DVec2::ZERO, point).0;
@@ -269,14 +271,17 @@ fn saved_lenses_use_the_papers_symbols() {
 fn presets_are_lenses_with_sources() {
     let all = presets();
     let names: Vec<_> = all.iter().map(|p| p.name.as_str()).collect();
-    assert_eq!(names, ["projection", "hmd", "monitor", "camera-50mm"]);
+    assert_eq!(names, ["projection", "hmd", "hmd-index", "hmd-xr4", "monitor", "camera-50mm"]);
     for preset in &all {
         preset.lens.check().unwrap();
         assert!(!preset.title.is_empty() && !preset.source.is_empty(), "{}", preset.name);
     }
     assert_eq!(preset("projection").unwrap().lens, eye());
     let error = preset("nosuch").unwrap_err().to_string();
-    assert_eq!(error, "there is no lens preset 'nosuch': the presets are projection, hmd, monitor, camera-50mm");
+    assert_eq!(
+        error,
+        "there is no lens preset 'nosuch': the presets are projection, hmd, hmd-index, hmd-xr4, monitor, camera-50mm"
+    );
 }
 
 #[test]
@@ -299,7 +304,8 @@ fn presets_have_the_numbers_of_their_sources() {
 #[test]
 fn the_unit_of_lens_points_is_that_of_the_eye() {
     // |v| = 1 is the aperture's radius in scene units: A / 2 = K df / focal / 2.
-    let projection = Projection { size: uvec2(100, 100), overscan_px: 0, focal_px: 100.0, near_m: 0.1 };
+    let projection =
+        Projection { size: uvec2(100, 100), overscan_px: 0, focal_px: 100.0, axis_px: DVec2::ZERO, near_m: 0.1 };
     let eye_m = projection.eye_on_lens_m(&eye(), dvec2(0.0, 1.0));
     close(eye_m.length(), 0.5 * eye().k_px() * 3.0 / 100.0, 1e-3);
     assert!(eye_m.y < 0.0, "y is down on the image and up in view space");

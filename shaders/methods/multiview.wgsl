@@ -40,8 +40,8 @@ struct Params {
     culling: u32,
     /// 1: slabs hold what surfaces are made of, and rays shade them.
     shading: u32,
-    /// Centre of the image in the arrays, px.
-    centre: vec2f,
+    /// Where the optical axis meets the image in the arrays, px.
+    axis: vec2f,
     /// Distance of the image plane, px.
     focal_px: f32,
     near_m: f32,
@@ -192,7 +192,7 @@ fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
     }
     let base = over_cone(slab_base, p, slab, c) / part.a;
     let depth_m = params.near_m / max((lens.k_px - c) / lens.slope_px, 1e-9);
-    let position = vec3f((p - params.centre) * vec2f(1.0, -1.0) / params.focal_px, -1.0) * depth_m;
+    let position = vec3f((p - params.axis) * vec2f(1.0, -1.0) / params.focal_px, -1.0) * depth_m;
     let normal_here = normal.xyz * inverseSqrt(length2);
     let point = SurfacePoint(position, normal_here, base.rgb, normal.a, base.a, part.rgb / part.a);
     let facing_lens = facing(point, vec3f(ray.v * vec2f(1.0, -1.0) * params.lens_radius_m, 0.0));

@@ -18,6 +18,7 @@ mod loading;
 mod messages;
 mod navigation;
 mod paint;
+pub mod panels;
 mod screenshot;
 mod settings;
 mod style;

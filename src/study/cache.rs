@@ -44,7 +44,7 @@ impl CacheKey {
         }
         // Debug output of floats round-trips, so it tells apart what differs.
         let projection = view.projection();
-        let frame = (projection.size, projection.focal_px, projection.near_m);
+        let frame = (projection.size, projection.focal_px, projection.axis_px, projection.near_m);
         format!("{:?} {frame:?} {lens:?} {:?}", view.camera(), source.options()).hash(&mut state);
         let convergence = (request.samples, request.view_dependent, request.display);
         format!("{} {convergence:?}", request.reference.id()).hash(&mut state);

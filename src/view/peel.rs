@@ -114,6 +114,7 @@ impl View {
             size: coarse.size * fineness,
             overscan_px: coarse.overscan_px * fineness,
             focal_px: coarse.focal_px * f64::from(fineness),
+            axis_px: coarse.axis_px * f64::from(fineness),
             ..coarse
         };
         check_size(frame.gpu(), projection.size, projection.overscan_px)?;

@@ -7,7 +7,7 @@ use super::notes::Notes;
 use crate::camera::Camera;
 use ::gltf::khr_lights_punctual::Kind;
 use ::gltf::{Document, Node};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
 
 /// Deepest hierarchy accepted; real ones, skeletons included, stay below a hundred.
 const MAX_DEPTH: usize = 1024;
@@ -146,6 +146,7 @@ fn camera(source: ExactPerspective, world_from_node: DAffine3, item: &str) -> Re
         fov_y: yfov,
         aspect: aspect_ratio,
         near_m: znear,
+        frame_centre_slope: DVec2::ZERO,
     })
 }
 

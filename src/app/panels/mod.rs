@@ -1,0 +1,21 @@
+//! The panels beside the picture: functions over plain state that say what was changed.
+//!
+//! They know the library and egui, not the rest of the window: a test drives each alone,
+//! without a GPU.
+
+mod aperture;
+mod fields;
+mod focus;
+mod inspector;
+mod lens;
+mod plot;
+mod presets;
+mod vr;
+
+pub use fields::{Field, distance_text};
+pub use focus::{FocusMode, FocusSettings, Focusing, Follow, focus_panel};
+pub use inspector::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
+pub use lens::{DistanceUnit, LensChanges, LensPanel, LensReadings};
+pub use plot::{PlotReadings, coc_plot};
+pub use presets::PresetList;
+pub use vr::{VrReadings, refresh_text, vr_panel};
