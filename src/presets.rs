@@ -1,6 +1,7 @@
 //! Lenses by name: those of the papers and of today's displays, from `assets/presets.ron`.
 
 use crate::lens::Lens;
+use std::sync::LazyLock;
 
 /// A named lens with where its numbers come from.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -39,8 +40,12 @@ pub struct UnknownPreset {
 
 /// All presets, in the order in which to show them.
 pub fn presets() -> Vec<LensPreset> {
-    // Part of the program, not of its input: a mistake in it is found by any test.
-    ron::from_str(include_str!("../assets/presets.ron")).expect("assets/presets.ron does not parse")
+    // Parsed once: the window asks in every frame.
+    static PRESETS: LazyLock<Vec<LensPreset>> = LazyLock::new(|| {
+        // Part of the program, not of its input: a mistake in it is found by any test.
+        ron::from_str(include_str!("../assets/presets.ron")).expect("assets/presets.ron does not parse")
+    });
+    PRESETS.clone()
 }
 
 /// The preset called `name`; the error lists those there are.

@@ -2,7 +2,7 @@
 
 use super::super::style::NAME_WIDTH;
 use super::super::widgets::{fit_slider, significant};
-use eframe::egui::{Align, Label, Layout, Response, Sense, Slider, SliderClamping, Ui, vec2};
+use eframe::egui::{Align, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
 use std::ops::RangeInclusive;
 
 /// A real number that can be dragged, typed and reset.
@@ -60,6 +60,7 @@ pub fn named_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response)
         let label = ui
             .allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
                 ui.set_min_width(NAME_WIDTH);
+                let name = RichText::new(name).color(ui.visuals().text_color());
                 ui.add(Label::new(name).truncate().selectable(false).sense(Sense::click()))
             })
             .inner;

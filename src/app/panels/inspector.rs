@@ -148,22 +148,20 @@ fn numbers(ui: &mut Ui, inspection: &Inspection, lens: &Lens) {
     });
 }
 
+/// Every pane's value: linear, then as displayed.
 fn values(ui: &mut Ui, inspection: &Inspection, display: &Display) {
-    Grid::new("values").num_columns(3).spacing([10.0, 2.0]).striped(true).show(ui, |ui| {
-        ui.weak("pane");
-        ui.weak("linear");
-        ui.weak("display");
-        ui.end_row();
-        for PaneValue { name, color } in &inspection.panes {
-            ui.add(egui::Label::new(RichText::new(name).small()).truncate()).on_hover_text(name.as_str());
+    for PaneValue { name, color } in &inspection.panes {
+        ui.add(egui::Label::new(RichText::new(name).small().weak()).truncate());
+        ui.horizontal(|ui| {
             let rgb = color.to_array().map(|v| significant(f64::from(v))).join(" ");
-            ui.label(RichText::new(rgb).monospace().small());
-            let encoded =
-                display.encoded(*color).to_array().map(|v| format!("{}", (v * 255.0).round() as u8)).join(" ");
-            ui.label(RichText::new(encoded).monospace().small());
-            ui.end_row();
-        }
-    });
+            ui.label(RichText::new(rgb).monospace()).on_hover_text("Linear red, green and blue.");
+            let [r, g, b] = display.encoded(*color).to_array().map(|v| (v * 255.0).round() as u8);
+            let (swatch, _) = ui.allocate_exact_size(vec2(12.0, 12.0), Sense::hover());
+            ui.painter().rect_filled(swatch, 2.0, Color32::from_rgb(r, g, b));
+            let encoded = RichText::new(format!("{r} {g} {b}")).monospace();
+            ui.label(encoded).on_hover_text("As displayed, with exposure and tone map.");
+        });
+    }
 }
 
 /// Luminance of the display values of a picture, from 0 to 1.

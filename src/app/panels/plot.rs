@@ -128,14 +128,15 @@ fn paint(ui: &Ui, rect: Rect, scale: &Scale, lens: &Lens, readings: PlotReadings
     painter.rect_filled(background, 3.0, visuals.extreme_bg_color);
     sharp_zone(&painter, scale, lens, readings.acceptable_px, visuals.selection.bg_fill.gamma_multiply(0.35));
     if let Some(depths_m) = readings.depths_m {
-        histogram(&painter, scale, depths_m, visuals.weak_text_color().gamma_multiply(0.5));
+        histogram(&painter, scale, depths_m, visuals.weak_text_color().gamma_multiply(0.8));
     }
     ticks(&painter, scale, visuals.weak_text_color());
     hyperfocal(&painter, scale, lens.hyperfocal_m(readings.acceptable_px), visuals.weak_text_color());
     curve(&painter, scale, &lens.coc());
     focus_line(&painter, scale, lens.focus_distance_m, visuals.strong_text_color());
-    let top = format!("|CoC| {} px", significant(scale.top_px));
-    small(&painter, background.left_top() + vec2(5.0, 3.0), Align2::LEFT_TOP, &top, visuals.weak_text_color());
+    let top = format!("|CoC| up to {} px", significant(scale.top_px));
+    let at = background.right_top() + vec2(-5.0, 3.0);
+    small(&painter, at, Align2::RIGHT_TOP, &top, visuals.weak_text_color());
 }
 
 fn small(painter: &Painter, at: Pos2, align: Align2, text: &str, color: Color32) -> Rect {
@@ -193,7 +194,7 @@ fn hyperfocal(painter: &Painter, scale: &Scale, hyperfocal_m: f64, color: Color3
         painter.line_segment(ends, Stroke::new(1.0, color));
     }
     let (align, offset) = if x > scale.area.center().x { (Align2::RIGHT_TOP, -3.0) } else { (Align2::LEFT_TOP, 3.0) };
-    small(painter, pos2(x + offset, scale.area.top() + 16.0), align, "hyperfocal", color);
+    small(painter, pos2(x + offset, scale.area.top() + 29.0), align, "hyperfocal", color);
 }
 
 /// |c| in the colours of the CoC overlay: in front of the focus distance and behind it.
@@ -223,7 +224,7 @@ fn focus_line(painter: &Painter, scale: &Scale, focus_m: f64, color: Color32) {
     painter.line_segment([pos2(x, scale.area.top()), pos2(x, scale.area.bottom())], Stroke::new(1.5, color));
     painter.circle_filled(pos2(x, scale.area.bottom()), 5.0, color);
     let (align, offset) = if x > scale.area.center().x { (Align2::RIGHT_TOP, -4.0) } else { (Align2::LEFT_TOP, 4.0) };
-    small(painter, pos2(x + offset, scale.area.top() + 3.0), align, &distance_text(focus_m), color);
+    small(painter, pos2(x + offset, scale.area.top() + 16.0), align, &distance_text(focus_m), color);
 }
 
 #[cfg(test)]
