@@ -18,6 +18,15 @@ struct Present {
     full_scale: f32,
     /// Margin of the depth around the colour, px.
     overscan: u32,
+    /// Added to what a relative difference is relative to.
+    dark: f32,
+}
+
+/// One channel of a texture on a colour scale.
+struct Plane {
+    low: f32,
+    high: f32,
+    channel: u32,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
@@ -27,6 +36,8 @@ struct Present {
 @group(0) @binding(4) var<uniform> lens: Lens;
 @group(0) @binding(5) var<storage, read> color_map: array<vec4f, 256>;
 @group(0) @binding(6) var result: texture_storage_2d<rgba8unorm, write>;
+@group(0) @binding(7) var<uniform> plane: Plane;
+@group(0) @binding(8) var<storage, read_write> bounds: array<atomic<u32>, 2>;
 
 /// sRGB encoding of linear values in [0, 1] (IEC 61966-2-1).
 fn srgb_encode(linear: vec3f) -> vec3f {
@@ -148,4 +159,55 @@ fn difference(@builtin(global_invocation_id) id: vec3u) {
     }
     let d = abs(encoded_at(id.xy) - encoded(textureLoad(other, id.xy, 0).rgb));
     store(id.xy, mapped(max(d.r, max(d.g, d.b)) / present.full_scale));
+}
+
+/// The mean over the channels of a - b, from -full_scale to full_scale over the map.
+@compute @workgroup_size(8, 8)
+fn signed_difference(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(result)) {
+        return;
+    }
+    let d = encoded_at(id.xy) - encoded(textureLoad(other, id.xy, 0).rgb);
+    store(id.xy, mapped(0.5 + 0.5 * dot(d, vec3f(1.0 / 3.0)) / present.full_scale));
+}
+
+/// The greatest |a - b| / (|b| + dark) of linear values over the channels; `dark` keeps
+/// noise in black from counting as a difference.
+@compute @workgroup_size(8, 8)
+fn relative_difference(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(result)) {
+        return;
+    }
+    let b = textureLoad(other, id.xy, 0).rgb;
+    let d = abs(textureLoad(color, id.xy, 0).rgb - b) / (abs(b) + present.dark);
+    store(id.xy, mapped(max(d.r, max(d.g, d.b)) / present.full_scale));
+}
+
+fn ordered(v: f32) -> u32 {
+    // Makes the bits of any two floats order as the floats do.
+    let bits = bitcast<u32>(v);
+    return select(bits | 0x80000000u, ~bits, (bits & 0x80000000u) != 0u);
+}
+
+/// Least and greatest finite value of one channel.
+@compute @workgroup_size(8, 8)
+fn channel_range(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(color)) {
+        return;
+    }
+    let v = textureLoad(color, id.xy, 0)[plane.channel];
+    if is_finite(vec3f(v)) {
+        atomicMin(&bounds[0], ordered(v));
+        atomicMax(&bounds[1], ordered(v));
+    }
+}
+
+/// One channel, from `low` to `high` over the map.
+@compute @workgroup_size(8, 8)
+fn one_channel(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(result)) {
+        return;
+    }
+    let v = textureLoad(color, id.xy, 0)[plane.channel];
+    store(id.xy, mapped((v - plane.low) / max(plane.high - plane.low, 1.0e-30)));
 }

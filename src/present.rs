@@ -19,12 +19,28 @@ pub const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba8Unorm;
 /// Fixed, so that two difference images can be compared by eye.
 pub const DIFFERENCE_FULL_SCALE: f32 = 0.25;
 
+/// The relative difference of linear values that reaches the end of the colour map.
+pub const RELATIVE_FULL_SCALE: f32 = 1.0;
+
+/// Linear radiance added to what a relative difference is relative to: a hundredth of
+/// white, below which a display shows next to nothing.
+pub const RELATIVE_DARK: f32 = 0.01;
+
 uniform! {
     struct Present {
         gain: f32,
         tone_map: u32,
         full_scale: f32,
         overscan: u32,
+        dark: f32,
+    }
+}
+
+uniform! {
+    struct Plane {
+        low: f32,
+        high: f32,
+        channel: u32,
     }
 }
 
@@ -35,7 +51,7 @@ impl Present {
             ToneMap::Reinhard => 1,
             ToneMap::Agx => 2,
         };
-        Self { gain: display.exposure_ev.exp2(), tone_map, full_scale: 1.0, overscan: 0 }
+        Self { gain: display.exposure_ev.exp2(), tone_map, full_scale: 1.0, overscan: 0, dark: RELATIVE_DARK }
     }
 }
 
@@ -138,20 +154,107 @@ pub fn overlay(
     result
 }
 
-/// |a - b| of the display values, the greatest channel, [`Map::Error`] from 0 to
-/// [`DIFFERENCE_FULL_SCALE`]. Panics if the sizes differ.
-pub fn difference(frame: &mut Frame<'_>, a: &Texture, b: &Texture, display: &Display) -> Texture {
+/// A difference between two images, each kind with its own fixed scale.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DifferenceOf {
+    /// |a - b| of the display values, the greatest channel: [`Map::Error`] from 0 to
+    /// [`DIFFERENCE_FULL_SCALE`].
+    Display,
+    /// a - b of the display values, the mean of the channels: [`Map::Diverging`] from
+    /// -[`DIFFERENCE_FULL_SCALE`] to it.
+    Signed,
+    /// |a - b| / (|b| + [`RELATIVE_DARK`]) of the linear values, the greatest channel:
+    /// [`Map::Error`] from 0 to [`RELATIVE_FULL_SCALE`].
+    Relative,
+}
+
+impl DifferenceOf {
+    /// The colour map.
+    pub fn map(self) -> Map {
+        if self == Self::Signed { Map::Diverging } else { Map::Error }
+    }
+
+    /// The difference at the end of the map.
+    pub fn full_scale(self) -> f32 {
+        if self == Self::Relative { RELATIVE_FULL_SCALE } else { DIFFERENCE_FULL_SCALE }
+    }
+}
+
+/// How `a` differs from `b`, on a colour scale. Panics if the sizes differ.
+pub fn difference(frame: &mut Frame<'_>, a: &Texture, b: &Texture, display: &Display, of: DifferenceOf) -> Texture {
     assert_eq!(a.size(), b.size(), "images of one size are compared");
     let result = frame.texture("difference", a.size(), FORMAT);
-    let present = Present { full_scale: DIFFERENCE_FULL_SCALE, ..Present::new(display) };
-    let color_map = frame.gpu().buffer_of("colour map", &Map::Error.table());
+    let present = Present { full_scale: of.full_scale(), ..Present::new(display) };
+    let color_map = frame.gpu().buffer_of("colour map", &of.map().table());
+    let entry = match of {
+        DifferenceOf::Display => "difference",
+        DifferenceOf::Signed => "signed_difference",
+        DifferenceOf::Relative => "relative_difference",
+    };
     frame
-        .pass(&SHADER, "difference")
+        .pass(&SHADER, entry)
         .uniform("present", &present)
         .texture("color", a)
         .texture("other", b)
         .buffer("color_map", &color_map)
         .texture("result", &result)
         .dispatch(a.size());
+    result
+}
+
+/// A level and a layer of a float texture.
+#[derive(Clone, Copy, Debug)]
+pub struct Slice<'a> {
+    /// The texture.
+    pub texture: &'a Texture,
+    /// Mipmap level.
+    pub level: u32,
+    /// Array layer.
+    pub layer: u32,
+}
+
+/// The display values of a slice's red, green and blue.
+pub fn slice_picture(frame: &mut Frame<'_>, slice: Slice<'_>, display: &Display) -> Texture {
+    let size = slice.texture.level_size(slice.level);
+    let result = frame.texture("slice", size, FORMAT);
+    frame
+        .pass(&SHADER, "picture")
+        .uniform("present", &Present::new(display))
+        .slice("color", slice.texture, slice.level, slice.layer)
+        .texture("result", &result)
+        .dispatch(size);
+    result
+}
+
+/// Least and greatest finite value of one channel (0 to 3) of a slice; `None` where there
+/// is none. Waits for the GPU.
+pub fn slice_range(frame: &mut Frame<'_>, slice: Slice<'_>, channel: u32) -> Option<[f32; 2]> {
+    let bounds = frame.gpu().buffer_of("channel range", &[u32::MAX, 0]);
+    frame
+        .pass(&SHADER, "channel_range")
+        .uniform("plane", &Plane { low: 0.0, high: 1.0, channel })
+        .slice("color", slice.texture, slice.level, slice.layer)
+        .buffer("bounds", &bounds)
+        .dispatch(slice.texture.level_size(slice.level));
+    let bits: Vec<u32> = frame.read_buffer(&bounds);
+    let float = |bits: u32| f32::from_bits(if bits & 1 << 31 == 0 { !bits } else { bits & !(1 << 31) });
+    match bits[..] {
+        [low, high] if low <= high => Some([float(low), float(high)]),
+        _ => None,
+    }
+}
+
+/// One channel (0 to 3) of a slice on `map`, its ends at the values `ends`.
+pub fn slice_channel(frame: &mut Frame<'_>, slice: Slice<'_>, channel: u32, map: Map, ends: [f32; 2]) -> Texture {
+    let size = slice.texture.level_size(slice.level);
+    let result = frame.texture("slice", size, FORMAT);
+    let color_map = frame.gpu().buffer_of("colour map", &map.table());
+    frame
+        .pass(&SHADER, "one_channel")
+        .uniform("plane", &Plane { low: ends[0], high: ends[1], channel })
+        .slice("color", slice.texture, slice.level, slice.layer)
+        .buffer("color_map", &color_map)
+        .texture("result", &result)
+        .dispatch(size);
     result
 }

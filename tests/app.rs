@@ -2,7 +2,7 @@
 
 #![cfg(feature = "app")]
 
-use defocus::app::{App, AppOptions, MethodChoice, Settings, Show, apply_style, wgpu_setup};
+use defocus::app::{App, AppOptions, Arrangement, Document, MethodChoice, PaneId, Show, apply_style, wgpu_setup};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Role, pos2, vec2};
 use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::kittest::Queryable;
@@ -14,10 +14,10 @@ use std::time::{Duration, Instant};
 
 type Window = Harness<'static, App>;
 
-/// A window of `size` points that starts with `settings`, once it has settled.
-fn window(size: [f32; 2], settings: Settings) -> Window {
+/// A window of `size` points that starts with `document`, once it has settled.
+fn window(size: [f32; 2], document: Document) -> Window {
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
-    let options = AppOptions { settings: Some(settings), ..AppOptions::default() };
+    let options = AppOptions { document: Some(document), ..AppOptions::default() };
     let app = App::new(&state, options);
     let mut window = Harness::builder()
         .with_size(vec2(size[0], size[1]))
@@ -33,9 +33,9 @@ fn window(size: [f32; 2], settings: Settings) -> Window {
 
 /// A small window: two methods that are cheap on a software GPU.
 fn small(methods: &[&str]) -> Window {
-    let methods = methods.iter().map(|id| MethodChoice::new(id)).collect();
+    let document = Document::of_methods(methods.iter().map(|id| MethodChoice::new(id)));
     // Wide enough for the whole bar at the top: what is cut off cannot be clicked.
-    window([900.0, 420.0], Settings { methods, overscan_px: 16, ..Settings::default() })
+    window([900.0, 420.0], Document { overscan_px: 16, ..document })
 }
 
 /// Goes on until nothing moves, loads or converges any more.
@@ -69,8 +69,18 @@ fn type_number(window: &mut Window, name: &str, text: &str) {
     settle(window);
 }
 
+/// The first pane's method.
+fn method(window: &Window) -> &MethodChoice {
+    &window.state().document().panes[0].method
+}
+
+/// Lens points that the first pane's reference has and will have.
+fn progress(window: &Window) -> Option<(u32, u32)> {
+    window.state().engine().pane(PaneId(1)).expect("there is a pane").progress()
+}
+
 fn point(window: &Window, x: f32, y: f32) -> Pos2 {
-    let picture = window.state().picture_rect();
+    let picture = window.state().picture_rect(window.state().document().a).expect("the picture is laid out");
     picture.min + vec2(x, y) * picture.size()
 }
 
@@ -113,8 +123,8 @@ fn choose(window: &mut Window, list: &str, entry: &str) {
 #[test]
 fn first_start_shows_a_blurred_scene_and_then_rests() {
     let mut window = small(&["mipmap"]);
-    assert_eq!(window.state().settings().scene, "cans");
-    assert!(window.state().settings().lens.k_px() > 1.0, "there is visible blur");
+    assert_eq!(window.state().document().scene, "cans");
+    assert!(window.state().document().lens.k_px() > 1.0, "there is visible blur");
     let frames = window.state().engine().rendered_frames();
     assert!(frames > 0);
     for _ in 0..8 {
@@ -136,12 +146,12 @@ fn lens_inputs_change_the_lens_and_draw_no_triangle() {
     let frames = window.state().engine().rendered_frames();
     type Read = fn(&App) -> f64;
     let inputs: [(&str, &str, Read, f64); 6] = [
-        ("Aperture E", "6.5", |app| app.settings().lens.aperture_diameter_mm, 6.5),
-        ("Focal length F", "18", |app| app.settings().lens.focal_length_mm, 18.0),
-        ("Image at dr", "23", |app| app.settings().lens.image_distance_mm, 23.0),
-        ("Screen at ds", "2500", |app| app.settings().lens.screen_distance_mm, 2500.0),
-        ("Screen DPI", "0.5", |app| app.settings().lens.density_px_per_mm, 0.5),
-        ("Focus distance", "0.8", |app| app.settings().lens.focus_distance_m, 0.8),
+        ("Aperture E", "6.5", |app| app.document().lens.aperture_diameter_mm, 6.5),
+        ("Focal length F", "18", |app| app.document().lens.focal_length_mm, 18.0),
+        ("Image at dr", "23", |app| app.document().lens.image_distance_mm, 23.0),
+        ("Screen at ds", "2500", |app| app.document().lens.screen_distance_mm, 2500.0),
+        ("Screen DPI", "0.5", |app| app.document().lens.density_px_per_mm, 0.5),
+        ("Focus distance", "0.8", |app| app.document().lens.focus_distance_m, 0.8),
     ];
     for (name, text, value, expected) in inputs {
         type_number(&mut window, name, text);
@@ -149,7 +159,7 @@ fn lens_inputs_change_the_lens_and_draw_no_triangle() {
         assert_eq!(window.state().engine().stats().triangles, 0, "{name} must not redraw the scene");
     }
     assert!(window.state().engine().rendered_frames() > frames, "the blur was rendered anew");
-    assert!(!window.state().settings().automatic_lens, "the lens is the user's own now");
+    assert!(!window.state().document().automatic_lens, "the lens is the user's own now");
 }
 
 #[test]
@@ -167,12 +177,12 @@ fn an_impossible_lens_is_told_and_the_picture_stays() {
 #[test]
 fn method_and_its_parameters_can_be_set() {
     let mut window = small(&["pinhole"]);
-    choose(&mut window, "Method", "Anisotropic mipmaps");
-    assert_eq!(window.state().settings().methods, [MethodChoice::new("mipmap")]);
+    choose(&mut window, "Method of pane 1", "Anisotropic mipmaps");
+    assert_eq!(method(&window), &MethodChoice::new("mipmap"));
     // The panel scrolls: the switch may lie below the window's edge.
     window.get_by_role_and_label(Role::CheckBox, "Anisotropic weights").click_accesskit();
     settle(&mut window);
-    assert_eq!(window.state().settings().methods[0].params["anisotropic"], "off");
+    assert_eq!(method(&window).params["anisotropic"], "off");
 }
 
 #[test]
@@ -183,7 +193,7 @@ fn a_click_focuses_on_what_lies_under_the_pointer() {
         let expected = depth(&mut window, f64::from(x), f64::from(y));
         let at = point(&window, x, y);
         click(&mut window, at);
-        let focus = window.state().settings().lens.focus_distance_m;
+        let focus = window.state().document().lens.focus_distance_m;
         // The same texel of the same depth image.
         assert_eq!(focus, expected, "at ({x}, {y})");
         assert_eq!(window.state().engine().stats().triangles, 0, "focus never redraws the scene");
@@ -193,15 +203,16 @@ fn a_click_focuses_on_what_lies_under_the_pointer() {
 
 #[test]
 fn dragging_orbits_and_the_divider_wipes() {
-    let mut window = small(&["mipmap", "pinhole"]);
-    let camera = window.state().settings().camera.expect("a scene has a camera");
+    let document = Document::of_methods(["mipmap", "pinhole"].map(MethodChoice::new));
+    let mut window = window([900.0, 420.0], Document { arrangement: Arrangement::Wipe, ..document });
+    let camera = window.state().document().camera.expect("a scene has a camera");
     let (from, to) = (point(&window, 0.5, 0.3), point(&window, 0.2, 0.3));
     drag(&mut window, from, to);
-    assert!((window.state().settings().divider - 0.2).abs() < 0.02, "{}", window.state().settings().divider);
-    assert_eq!(window.state().settings().camera, Some(camera), "the divider does not move the camera");
+    assert!((window.state().document().divider - 0.2).abs() < 0.02, "{}", window.state().document().divider);
+    assert_eq!(window.state().document().camera, Some(camera), "the divider does not move the camera");
     let (from, to) = (point(&window, 0.7, 0.6), point(&window, 0.8, 0.55));
     drag(&mut window, from, to);
-    let moved = window.state().settings().camera.expect("a scene has a camera");
+    let moved = window.state().document().camera.expect("a scene has a camera");
     assert!(moved.position.distance(camera.position) > 1e-3, "dragging moves the camera");
 }
 
@@ -209,11 +220,11 @@ fn dragging_orbits_and_the_divider_wipes() {
 fn the_reference_converges_and_starts_again_on_a_change() {
     let mut choice = MethodChoice::new("accumulation");
     choice.params.insert("samples".into(), "6".into());
-    let settings = Settings { methods: vec![choice], overscan_px: 0, ..Settings::default() };
-    let mut window = window([560.0, 320.0], settings);
-    assert_eq!(window.state().engine().progress(0), Some((6, 6)));
+    let document = Document { overscan_px: 0, ..Document::of_methods([choice]) };
+    let mut window = window([560.0, 320.0], document);
+    assert_eq!(progress(&window), Some((6, 6)));
     type_number(&mut window, "Aperture E", "3");
-    assert_eq!(window.state().engine().progress(0), Some((6, 6)));
+    assert_eq!(progress(&window), Some((6, 6)));
     let frames = window.state().engine().rendered_frames();
     window.run_steps(4);
     assert_eq!(window.state().engine().rendered_frames(), frames, "a finished reference rests");
@@ -222,9 +233,9 @@ fn the_reference_converges_and_starts_again_on_a_change() {
 #[test]
 fn shows_what_is_behind_the_picture() {
     let mut window = small(&["mipmap"]);
-    for (entry, show) in Show::ALL.into_iter().map(|(show, name)| (name, show)).skip(1).take(3) {
-        choose(&mut window, "Show", entry);
-        assert_eq!(window.state().settings().show, show);
+    for (entry, show) in Show::NAMES.into_iter().skip(1).zip([Show::Coc, Show::Depth, Show::Zone]) {
+        choose(&mut window, "Shown in pane 1", entry);
+        assert_eq!(window.state().document().panes[0].show, show);
         assert_eq!(window.state().engine().stats().triangles, 0, "{entry} comes from what is there");
     }
 }
@@ -252,10 +263,10 @@ fn a_damaged_file_is_told_and_the_scene_stays() {
     settle(&mut window);
     let error = window.state().last_error().expect("an error is shown").to_owned();
     assert!(error.contains("broken.glb"), "{error}");
-    assert_eq!(window.state().settings().scene, "cans");
+    assert_eq!(window.state().document().scene, "cans");
     let at = point(&window, 0.35, 0.75);
     click(&mut window, at);
-    assert!(window.state().settings().lens.focus_distance_m.is_finite(), "the scene is still there to be focused on");
+    assert!(window.state().document().lens.focus_distance_m.is_finite(), "the scene is still there to be focused on");
 }
 
 #[test]
@@ -272,7 +283,7 @@ fn a_window_shrunk_to_nothing_survives() {
 #[test]
 fn main_window_looks_as_it_did() {
     let mut window =
-        window([1000.0, 640.0], Settings { methods: vec![MethodChoice::new("pinhole")], ..Settings::default() });
+        window([1280.0, 800.0], Document::of_methods([MethodChoice::new("pinhole")]));
     // Times and the adapter's name differ from run to run and from machine to machine.
     window.mask(egui::Rect::from_min_max(pos2(300.0, 604.0), pos2(1000.0, 640.0)));
     window.mask(egui::Rect::from_min_max(pos2(676.0, 330.0), pos2(1000.0, 604.0)));

@@ -1,40 +1,86 @@
-//! The bar above the picture and the line below it.
+//! The bar above the panes and the line below them.
 
-use super::App;
-use super::settings::{MethodChoice, Show, Theme};
+use super::actions::Action;
+use super::document::Arrangement;
+use super::files::PictureKind;
+use super::preferences::Theme;
 use super::widgets::{combo, significant};
-use crate::methods;
+use super::{App, MAX_PANES};
 use crate::scene::builtin;
 use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
 impl App {
-    /// Scene, camera, methods, and what is shown.
+    /// File, scene and camera; the panes; undo; what is rarely needed at the right.
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 6));
         Panel::top("top").frame(frame).show(ui, |ui| {
             ui.horizontal(|ui| {
+                ui.menu_button("File", |ui| self.file_menu(ui)).response.on_hover_text("Open and save");
                 self.scene_list(ui);
+                self.camera_list(ui);
                 ui.separator();
-                self.method_lists(ui);
+                self.pane_buttons(ui);
                 ui.separator();
-                self.show_list(ui);
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-                    if ui.add(Button::new("?").frame(false)).on_hover_text("Keys and mouse").clicked() {
-                        self.help = !self.help;
-                    }
-                    self.theme_button(ui);
-                });
+                self.undo_buttons(ui);
+                ui.with_layout(Layout::right_to_left(Align::Center), |ui| self.right_end(ui));
             });
         });
     }
 
+    fn right_end(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        let help = ui.add(Button::new("?").frame(false));
+        if help.accessible_name("Keys and mouse").on_hover_text("Keys and mouse (?)").clicked() {
+            self.perform(&ctx, Action::Help);
+        }
+        self.theme_button(ui);
+        if ui.button("Commands").on_hover_text("Find anything by its name (Ctrl+P)").clicked() {
+            self.perform(&ctx, Action::Palette);
+        }
+    }
+
+    fn file_menu(&mut self, ui: &mut Ui) {
+        let a = self.document.a;
+        self.entry(ui, "Open…", Action::Open);
+        let recent: Vec<String> =
+            self.preferences.recent.iter().map(|file| file.to_string_lossy().into_owned()).collect();
+        ui.add_enabled_ui(!recent.is_empty(), |ui| {
+            ui.menu_button("Recent", |ui| {
+                for file in &recent {
+                    self.entry(ui, file, Action::OpenNamed(file.clone()));
+                }
+            });
+        });
+        ui.separator();
+        self.entry(ui, "Save state…", Action::SaveState);
+        self.entry(ui, "Save picture as PNG…", Action::SavePicture(a, PictureKind::Png));
+        self.entry(ui, "Save picture as EXR…", Action::SavePicture(a, PictureKind::Exr));
+        self.entry(ui, "Save comparison as HTML…", Action::SaveReport);
+        ui.separator();
+        self.entry(ui, "Copy image", Action::CopyImage(a));
+        self.entry(ui, "Copy as command", Action::CopyCommand);
+    }
+
+    fn entry(&mut self, ui: &mut Ui, name: &str, action: Action) {
+        let keys = self.commands().into_iter().find(|c| c.action == action).and_then(|c| c.keys);
+        let mut button = Button::new(name);
+        if let Some(keys) = keys {
+            button = button.shortcut_text(ui.ctx().format_shortcut(&keys));
+        }
+        if ui.add(button).clicked() {
+            self.perform(ui.ctx(), action);
+            ui.close();
+        }
+    }
+
     fn scene_list(&mut self, ui: &mut Ui) {
-        let builtins = builtin::all();
-        let mut names: Vec<&str> = builtins.iter().map(|b| b.name).collect();
-        let spec = self.loader.loading().unwrap_or(&self.settings.scene).to_owned();
+        let mut names: Vec<&str> = builtin::all().iter().map(|b| b.name).collect();
+        names.extend(builtin::pictures().iter().map(|p| p.name));
+        let known = names.len();
+        let spec = self.loader.loading().unwrap_or(&self.document.scene).to_owned();
         let file = std::path::Path::new(&spec).file_name().map(|f| f.to_string_lossy().into_owned());
-        let mut chosen = names.iter().position(|name| *name == spec).unwrap_or(names.len());
-        if let (true, Some(file)) = (chosen == names.len(), &file) {
+        let mut chosen = names.iter().position(|name| *name == spec).unwrap_or(known);
+        if let (true, Some(file)) = (chosen == known, &file) {
             names.push(file);
         }
         let before = chosen;
@@ -44,14 +90,10 @@ impl App {
         if let Some(notes) = notes {
             list.on_hover_text(notes);
         }
-        if let (true, Some(builtin)) = (chosen != before, builtins.get(chosen)) {
-            self.open(ui.ctx(), builtin.name);
+        if chosen != before && chosen < known {
+            let name = names[chosen].to_owned();
+            self.perform(ui.ctx(), Action::OpenNamed(name));
         }
-        let help = "A glTF scene (.glb, .gltf) or an image with depth (.exr). Files can be dropped on the window too.";
-        if ui.button("Open…").on_hover_text(help).clicked() {
-            self.dialog.show(ui.ctx());
-        }
-        self.camera_list(ui);
     }
 
     fn camera_list(&mut self, ui: &mut Ui) {
@@ -60,7 +102,7 @@ impl App {
             return;
         }
         let names = source.cameras();
-        let mut chosen = self.settings.camera_index.min(names.len() - 1);
+        let mut chosen = self.document.camera_index.min(names.len() - 1);
         if names.len() > 1 {
             let before = chosen;
             let label = ui.label("Camera");
@@ -74,66 +116,57 @@ impl App {
         }
     }
 
-    fn method_lists(&mut self, ui: &mut Ui) {
-        let about: Vec<_> = methods::all().iter().map(|m| m.about()).collect();
-        let titles: Vec<&str> = about.iter().map(|a| a.title).collect();
-        for pane in 0..self.settings.methods.len() {
-            let id = &self.settings.methods[pane].id;
-            let before = about.iter().position(|a| a.id == id).unwrap_or(about.len());
-            let mut chosen = before;
-            let name = if pane == 0 { "Method" } else { "B" };
-            let label = ui.label(name);
-            let help =
-                about.get(chosen).map_or_else(String::new, |a| format!("{}\n\n{}\n\n{}", a.summary, a.limits, a.paper));
-            combo(ui, name, &mut chosen, &titles, 136.0).labelled_by(label.id).on_hover_text(help);
-            if let (true, Some(about)) = (chosen != before, about.get(chosen)) {
-                self.settings.methods[pane] = MethodChoice::new(about.id);
-            }
+    fn pane_buttons(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        let count = self.document.panes.len();
+        let help = "Another method beside the truth (V)";
+        if ui.button("Compare").on_hover_text(help).clicked() {
+            self.perform(&ctx, Action::Compare);
         }
-        let mut compare = self.settings.methods.len() > 1;
-        let help = "Two methods side by side; the divider can be dragged.";
-        if ui.toggle_value(&mut compare, "Compare").on_hover_text(help).changed() {
-            self.set_comparing(compare);
+        let add = ui.add_enabled(count < MAX_PANES, Button::new("+ Pane"));
+        if add.accessible_name("Add pane").on_hover_text("One more pane, up to six (N)").clicked() {
+            self.perform(&ctx, Action::AddPane);
         }
-    }
-
-    fn show_list(&mut self, ui: &mut Ui) {
-        let names: Vec<&str> = Show::ALL.iter().map(|(_, name)| *name).collect();
-        let before = Show::ALL.iter().position(|(show, _)| *show == self.settings.show).unwrap_or(0);
-        let mut chosen = before;
-        let label = ui.label("Show");
-        combo(ui, "show", &mut chosen, &names, 120.0).labelled_by(label.id);
-        if chosen != before {
-            self.settings.show = Show::ALL[chosen].0;
-            if self.settings.show == Show::Difference {
-                self.set_comparing(true);
+        ui.add_enabled_ui(count > 1, |ui| {
+            ui.spacing_mut().item_spacing.x = 2.0;
+            for (arrangement, name, help) in Arrangement::ALL {
+                let chosen = count > 1 && self.document.arrangement == arrangement;
+                if ui.selectable_label(chosen, name).on_hover_text(help).clicked() {
+                    self.perform(&ctx, Action::Arrange(arrangement));
+                }
             }
+            if ui.button("Even").on_hover_text("All panes side by side and the same size").clicked() {
+                self.perform(&ctx, Action::ResetPanes);
+            }
+        });
+        let mut measure = self.document.measure;
+        let help = "PSNR, SSIM and FLIP against the reference, which converges unseen where no pane shows it (M)";
+        if ui.toggle_value(&mut measure, "Figures").on_hover_text(help).changed() {
+            self.perform(&ctx, Action::Measure);
         }
     }
 
-    /// Shows two methods, the second at first the truth where the scene has one; or one.
-    pub(super) fn set_comparing(&mut self, compare: bool) {
-        let methods = &mut self.settings.methods;
-        if compare && methods.len() == 1 {
-            let is_scene = self.engine.source().is_some_and(|s| s.source().is_scene());
-            methods.push(MethodChoice::new(if is_scene { "accumulation" } else { "pinhole" }));
-        } else if !compare {
-            methods.truncate(1);
-            if self.settings.show == Show::Difference {
-                self.settings.show = Show::Picture;
-            }
+    fn undo_buttons(&mut self, ui: &mut Ui) {
+        let ctx = ui.ctx().clone();
+        let now = self.document.without_gaze();
+        let (can_undo, can_redo) = (self.undoer.has_undo(&now), self.undoer.has_redo(&now));
+        if ui.add_enabled(can_undo, Button::new("Undo")).on_hover_text("Ctrl+Z").clicked() {
+            self.perform(&ctx, Action::Undo);
+        }
+        if ui.add_enabled(can_redo, Button::new("Redo")).on_hover_text("Ctrl+Shift+Z").clicked() {
+            self.perform(&ctx, Action::Redo);
         }
     }
 
     fn theme_button(&mut self, ui: &mut Ui) {
-        let (next, symbol, name) = match self.settings.theme {
+        let (next, symbol, name) = match self.preferences.theme {
             Theme::System => (Theme::Light, "Auto", "Theme: as the system has it"),
             Theme::Light => (Theme::Dark, "Light", "Theme: light"),
             Theme::Dark => (Theme::System, "Dark", "Theme: dark"),
         };
         let response = ui.add(Button::new(symbol));
         if response.accessible_name("Theme").on_hover_text(name).clicked() {
-            self.settings.theme = next;
+            self.preferences.theme = next;
         }
     }
 
@@ -142,7 +175,7 @@ impl App {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 4));
         Panel::bottom("status").frame(frame).show(ui, |ui| {
             ui.horizontal(|ui| {
-                let lens = self.settings.lens.clone();
+                let lens = self.document.lens.clone();
                 let px = |v: f64| format!("{} px", significant(v));
                 item(ui, "K", &px(lens.k_px()), "Circle of confusion of what is infinitely far away");
                 let depths = self.engine.depths_m(false);
@@ -151,10 +184,10 @@ impl App {
                     item(ui, "95 %", &px(coc.p95_px), "95 % of the picture have a smaller circle of confusion");
                 }
                 if lens.check().is_ok() {
-                    let (near, far) = lens.depth_of_field_m(f64::from(self.settings.acceptable_coc_px));
+                    let (near, far) = lens.depth_of_field_m(f64::from(self.document.acceptable_coc_px));
                     let range = format!("{} – {} m", significant(near), significant(far));
                     let help =
-                        format!("Depths with a circle of confusion up to {} px", self.settings.acceptable_coc_px);
+                        format!("Depths with a circle of confusion up to {} px", self.document.acceptable_coc_px);
                     item(ui, "sharp", &range, &help);
                 }
                 let stats = self.engine.stats();

@@ -1,7 +1,8 @@
 //! The panel with what can be set.
 
 use super::App;
-use super::settings::{MethodChoice, Navigation, Show};
+use super::document::{MethodChoice, Show};
+use super::preferences::Navigation;
 use super::widgets::{self, Real, choice};
 use super::{style, timing};
 use crate::aperture::{Aperture, BLADES, DEFAULT_SIGMA_PER_COC, MAX_SIGMA_PER_COC};
@@ -23,9 +24,7 @@ impl App {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 ui.add_space(4.0);
                 self.lens_group(ui);
-                for pane in 0..self.settings.methods.len() {
-                    self.method_group(ui, pane);
-                }
+                self.method_group(ui);
                 group(ui, "View", true, |ui| self.view_group(ui));
                 group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history));
                 ui.add_space(8.0);
@@ -38,7 +37,7 @@ impl App {
             self.preset(ui);
             self.focus(ui);
             self.mean_coc(ui);
-            let lens = &mut self.settings.lens;
+            let lens = &mut self.document.lens;
             let mut set = false;
             let mut row = |name, help, unit, range, log, value: &mut f64| {
                 set |= Real { name, help, unit, range, log }.show(ui, value);
@@ -84,9 +83,9 @@ impl App {
                 &mut lens.density_px_per_mm,
             );
             if set {
-                self.settings.automatic_lens = false;
+                self.document.automatic_lens = false;
             }
-            aperture(ui, &mut self.settings.lens.aperture);
+            aperture(ui, &mut self.document.lens.aperture);
         });
     }
 
@@ -94,9 +93,9 @@ impl App {
         let presets = presets();
         let mut names = vec![AUTOMATIC];
         names.extend(presets.iter().map(|p| p.name.as_str()));
-        let lens = &self.settings.lens;
+        let lens = &self.document.lens;
         let matching = presets.iter().position(|p| same_but_focus(&p.lens, lens)).map(|i| i + 1);
-        let before = if self.settings.automatic_lens { 0 } else { matching.unwrap_or(names.len()) };
+        let before = if self.document.automatic_lens { 0 } else { matching.unwrap_or(names.len()) };
         if before == names.len() {
             names.push("Own");
         }
@@ -109,10 +108,10 @@ impl App {
         if chosen == 0 {
             self.suit_lens();
         } else if let Some(LensPreset { lens, .. }) = presets.get(chosen - 1) {
-            let focus_distance_m = self.settings.lens.focus_distance_m;
-            let aperture = self.settings.lens.aperture.clone();
-            self.settings.lens = Lens { focus_distance_m, aperture, ..lens.clone() };
-            self.settings.automatic_lens = false;
+            let focus_distance_m = self.document.lens.focus_distance_m;
+            let aperture = self.document.lens.aperture.clone();
+            self.document.lens = Lens { focus_distance_m, aperture, ..lens.clone() };
+            self.document.automatic_lens = false;
         }
     }
 
@@ -124,7 +123,7 @@ impl App {
             range: 0.05..=f64::INFINITY,
             log: Some(0.05),
         };
-        if slider.show(ui, &mut self.settings.lens.focus_distance_m) {
+        if slider.show(ui, &mut self.document.lens.focus_distance_m) {
             self.viewport.stop_focusing();
         }
     }
@@ -132,7 +131,7 @@ impl App {
     /// The papers' control variable: sets E.
     fn mean_coc(&mut self, ui: &mut Ui) {
         let Some(depths) = self.engine.depths_m(false) else { return };
-        let lens = &self.settings.lens;
+        let lens = &self.document.lens;
         let Some(statistics) = lens.coc_statistics(depths.iter().copied()) else { return };
         let mut mean_px = statistics.mean_px;
         let slider = Real {
@@ -145,17 +144,20 @@ impl App {
         if slider.show(ui, &mut mean_px)
             && let Some(scaled) = lens.with_mean_coc(mean_px.max(0.0), depths.iter().copied())
         {
-            self.settings.lens = scaled;
-            self.settings.automatic_lens = false;
+            self.document.lens = scaled;
+            self.document.automatic_lens = false;
         }
     }
 
-    fn method_group(&mut self, ui: &mut Ui, pane: usize) {
-        let choice = &mut self.settings.methods[pane];
+    /// The parameters of pane A's method.
+    fn method_group(&mut self, ui: &mut Ui) {
+        let a = self.document.a;
+        let number = self.document.index_of(a).map_or(1, |i| i + 1);
+        let Some(pane) = self.document.pane_mut(a) else { return };
+        let choice = &mut pane.method;
         let Ok(mut method) = choice.build() else { return };
         let about = method.about();
-        let side = if pane == 0 { "A" } else { "B" };
-        group(ui, &format!("{side}: {}", about.title), true, |ui| {
+        group(ui, &format!("Pane {number}: {}", about.title), true, |ui| {
             ui.label(RichText::new(about.summary).small().weak());
             let mut changes = Vec::new();
             for param in method.params() {
@@ -177,9 +179,9 @@ impl App {
     }
 
     fn view_group(&mut self, ui: &mut Ui) {
-        let settings = &mut self.settings;
-        let mut tone_map = ToneMap::ALL.iter().position(|t| *t == settings.display.tone_map).unwrap_or(0);
-        let mut exposure = f64::from(settings.display.exposure_ev);
+        let (document, preferences) = (&mut self.document, &mut self.preferences);
+        let mut tone_map = ToneMap::ALL.iter().position(|t| *t == document.display.tone_map).unwrap_or(0);
+        let mut exposure = f64::from(document.display.exposure_ev);
         let slider = Real {
             name: "Exposure",
             help: "Brightness, as a power of two.",
@@ -188,37 +190,37 @@ impl App {
             log: None,
         };
         if slider.show(ui, &mut exposure) {
-            settings.display.exposure_ev = exposure.clamp(-20.0, 20.0) as f32;
+            document.display.exposure_ev = exposure.clamp(-20.0, 20.0) as f32;
         }
         let names = ["None", "Reinhard", "AgX"];
         if choice(ui, "Tone map", "How bright light is brought into the display's range.", &mut tone_map, &names) {
-            settings.display.tone_map = ToneMap::ALL[tone_map];
+            document.display.tone_map = ToneMap::ALL[tone_map];
         }
         let px = |name, help, range, log| Real { name, help, unit: " px", range, log };
-        let mut acceptable = f64::from(settings.acceptable_coc_px);
+        let mut acceptable = f64::from(document.acceptable_coc_px);
         let help = "Greatest circle of confusion that counts as sharp: decides where the depth of field ends.";
         if px("Sharp up to", help, 0.25..=16.0, Some(0.25)).show(ui, &mut acceptable) {
-            settings.acceptable_coc_px = acceptable.clamp(0.01, 1000.0) as f32;
+            document.acceptable_coc_px = acceptable.clamp(0.01, 1000.0) as f32;
         }
-        if settings.show == Show::Coc {
-            let mut scale = f64::from(settings.coc_scale_px);
+        if document.panes.iter().any(|p| p.show == Show::Coc) {
+            let mut scale = f64::from(document.coc_scale_px);
             let help = "Circle of confusion at the ends of the colour map.";
             if px("CoC scale", help, 1.0..=128.0, Some(1.0)).show(ui, &mut scale) {
-                settings.coc_scale_px = scale.clamp(0.01, 10_000.0) as f32;
+                document.coc_scale_px = scale.clamp(0.01, 10_000.0) as f32;
             }
         }
-        let mut navigation = usize::from(settings.navigation == Navigation::Fly);
+        let mut navigation = usize::from(preferences.navigation == Navigation::Fly);
         let help =
             "Orbit: dragging moves around what is seen. Fly: dragging turns on the spot. W A S D Q E fly in both.";
         if choice(ui, "Navigation", help, &mut navigation, &["Orbit", "Fly"]) {
-            settings.navigation = if navigation == 1 { Navigation::Fly } else { Navigation::Orbit };
+            preferences.navigation = if navigation == 1 { Navigation::Fly } else { Navigation::Orbit };
         }
         let help = "Focus moves to where one clicks in a quarter of a second, instead of at once.";
-        widgets::row(ui, "Smooth focus", help, |ui| ui.checkbox(&mut settings.smooth_focus, ""));
+        widgets::row(ui, "Smooth focus", help, |ui| ui.checkbox(&mut preferences.smooth_focus, ""));
         let help = "Margin drawn around the picture, from which blur comes in over the border.";
         widgets::row(ui, "Overscan", help, |ui| {
             widgets::fit_slider(ui);
-            ui.add(egui::Slider::new(&mut settings.overscan_px, 0..=96).suffix(" px"))
+            ui.add(egui::Slider::new(&mut document.overscan_px, 0..=96).suffix(" px"))
         });
     }
 }

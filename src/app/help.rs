@@ -1,32 +1,56 @@
-//! Keys and mouse on one sheet.
+//! Keys and mouse on one sheet: the keys as the commands have them.
 
-use eframe::egui::{self, Align2, Grid, RichText, Window, vec2};
+use super::App;
+use eframe::egui::{Align2, Context, Grid, RichText, ScrollArea, Ui, Window, vec2};
 
-const SHEET: &[(&str, &str)] = &[
+/// What the mouse does, and keys that are held.
+const MOUSE: &[(&str, &str)] = &[
     ("Click", "Focus on what lies there"),
     ("Drag", "Orbit; turn on the spot while flying"),
     ("Right-drag, shift-drag", "Move across"),
-    ("Scroll, pinch", "Nearer and farther"),
-    ("W A S D, Q E", "Fly forwards, sideways, down and up; faster with shift"),
-    ("R", "Camera as the scene has it"),
-    ("C", "Circle of confusion"),
-    ("B", "Compare two methods"),
-    ("X", "Swap them"),
+    ("Scroll", "Nearer and farther"),
+    ("Ctrl-scroll, pinch", "Magnify the picture"),
+    ("Middle-drag", "Move the magnified picture"),
+    ("W A S D, Q E", "Fly; faster with shift"),
+    ("B, held", "Blink: pane B in place of A"),
     ("Ctrl and +, −, 0", "Size of the interface"),
     ("Escape", "Take messages away"),
     ("?", "This sheet"),
 ];
 
-/// Shows the sheet while `open`.
-pub fn show(ctx: &egui::Context, open: &mut bool) {
-    let window = Window::new("Keys and mouse").open(open).anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0));
-    window.collapsible(false).resizable(false).show(ctx, |ui| {
-        Grid::new("keys").num_columns(2).spacing([20.0, 6.0]).show(ui, |ui| {
-            for (keys, what) in SHEET {
-                ui.label(RichText::new(*keys).strong());
-                ui.label(*what);
-                ui.end_row();
-            }
+impl App {
+    /// Shows the sheet while it is open.
+    pub(super) fn show_help(&mut self, ctx: &Context) {
+        let mut open = self.help;
+        let window = Window::new("Keys and mouse").open(&mut open).anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0));
+        window.collapsible(false).resizable(false).show(ctx, |ui| {
+            ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 140.0).show(ui, |ui| {
+                ui.horizontal_top(|ui| {
+                    table(ui, "mouse", MOUSE.iter().map(|(keys, what)| ((*keys).to_owned(), (*what).to_owned())));
+                    ui.add_space(24.0);
+                    let commands = self.commands().into_iter();
+                    let keys = commands.filter(|c| !c.name.starts_with("Pane ")).filter_map(|c| {
+                        let keys = ctx.format_shortcut(&c.keys?);
+                        Some((keys, c.name))
+                    });
+                    let numbers = [
+                        ("1 … 6".to_owned(), "Pane of that number as A".to_owned()),
+                        ("Shift and 1 … 6".to_owned(), "Pane of that number as B".to_owned()),
+                    ];
+                    table(ui, "keys", keys.chain(numbers));
+                });
+            });
         });
+        self.help = open;
+    }
+}
+
+fn table(ui: &mut Ui, salt: &str, rows: impl Iterator<Item = (String, String)>) {
+    Grid::new(salt).num_columns(2).spacing([16.0, 5.0]).show(ui, |ui| {
+        for (keys, what) in rows {
+            ui.label(RichText::new(keys).strong());
+            ui.label(what);
+            ui.end_row();
+        }
     });
 }

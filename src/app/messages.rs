@@ -10,16 +10,20 @@ const COLUMNS: usize = 64;
 /// Time for two or three sentences, which is what an error is.
 const SHOWN_FOR: Duration = Duration::from_secs(15);
 
+/// Time for a line that confirms what one did.
+const NOTE_FOR: Duration = Duration::from_secs(4);
+
 /// Messages for the user.
 pub struct Messages {
     toasts: Toasts,
     last: Option<String>,
+    later: Option<String>,
 }
 
 impl Default for Messages {
     fn default() -> Self {
         let toasts = Toasts::default().with_anchor(Anchor::BottomRight).with_margin(egui::vec2(16.0, 44.0));
-        Self { toasts, last: None }
+        Self { toasts, last: None, later: None }
     }
 }
 
@@ -38,6 +42,19 @@ impl Messages {
         self.last = Some(text.into());
     }
 
+    /// Shows an error as soon as there is a window to show it in.
+    pub fn error_later(&mut self, text: String) {
+        self.later = Some(text);
+    }
+
+    /// Tells that something was done.
+    pub fn note(&mut self, ctx: &egui::Context, text: &str) {
+        let color = ctx.global_style().visuals.text_color();
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("✔".into(), color));
+        toast.duration(NOTE_FOR).closable(false).show_progress_bar(false);
+        self.toasts.add(toast);
+    }
+
     /// The last error.
     pub fn last_error(&self) -> Option<&str> {
         self.last.as_deref()
@@ -50,6 +67,9 @@ impl Messages {
 
     /// Draws what is to be seen.
     pub fn show(&mut self, ctx: &egui::Context) {
+        if let Some(text) = self.later.take() {
+            self.error(ctx, &text);
+        }
         self.toasts.show(ctx);
     }
 }

@@ -1,46 +1,82 @@
-//! The window over the library: a scene large in the middle, the lens beside it.
+//! The window over the library: panes of one scene, each with a method, the lens beside.
 //!
 //! ```text
-//! Settings --request--> Engine --textures--> viewport
-//!    ^                                          |
-//!    +--- controls, bars, mouse and keys -------+
+//! Document --Request--> Engine --textures--> panes
+//!    ^                                         |
+//!    +-- controls, heads, actions, mouse ------+
 //! ```
 //!
-//! All of the user's choices are one [`Settings`]; everything else is computed from them
-//! and can be thrown away. No pipelines here: [`crate::methods`] and [`crate::present`]
-//! have them.
+//! All that is shown is one [`Document`]: plain data, saved, restored and undone as a
+//! whole. What belongs to the person is in [`Preferences`]. Everything else is computed
+//! from the two and can be thrown away. No pipelines here: [`crate::methods`] and
+//! [`crate::present`] have them.
+//!
+//! **Where a new thing goes.** A panel is a file with `pub fn show(ui: &mut Ui, ...)` over
+//! the plain state that it changes (a part of [`Document`]) and the readings that it
+//! shows, called from a group in `controls.rs`: the engine has the readings
+//! ([`Engine::depths_m`], [`Engine::depth_at_m`], [`Engine::color`] for a pane's values on
+//! the CPU, [`Engine::view`]), `viewport.rs` has where the pointer is in the picture
+//! ([`App::cursor`]). A new choice that changes the picture is a field of [`Document`]; it
+//! is saved and undone without further ado, and reaches the engine through [`Request`]. A
+//! new way of looking at a pane is a variant of [`Show`], presented in `engine/pane.rs`
+//! and explained in `legend.rs`. A new thing to do is an [`Action`]: it is then in the
+//! palette, may have keys, and is on the sheet of keys. What focusing does with the mouse
+//! is in `viewport.rs`.
 
+mod actions;
 mod bars;
 mod controls;
+mod dialogs;
+mod document;
 mod engine;
+mod files;
 mod help;
+mod legend;
 mod loading;
 mod messages;
 mod navigation;
 mod paint;
+mod palette;
 pub mod panels;
+mod panes;
+mod preferences;
+mod report;
 mod screenshot;
-mod settings;
+mod show;
+mod state;
 mod style;
+mod tasks;
 mod timing;
 mod viewport;
+mod watch;
 mod widgets;
 
-pub use engine::{Engine, Pane, Request};
-pub use settings::{MethodChoice, Navigation, Settings, Show, Theme};
+pub use actions::{Action, Command};
+pub use dialogs::{Answer, Purpose};
+pub use document::{
+    Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MAX_PANES, MethodChoice, PaneId, PaneState,
+    REFERENCE_SAMPLES, Show, Zoom,
+};
+pub use engine::{DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Judged, Pane, Request};
+pub use files::PictureKind;
+pub use panes::PaneTree;
+pub use preferences::{Navigation, Preferences, Theme};
+pub use state::{StateError, command_line, read as read_state, write as write_state};
 pub use style::apply as apply_style;
 pub use timing::{History, Quantiles};
 
 use crate::gpu::{self, Gpu, Texture};
-use crate::methods;
-use crate::study::GpuSource;
+use crate::study::DepthArgs;
 use crate::study::source::DEFAULT_SIZE;
 use anyhow::{Context as _, anyhow};
+use eframe::egui::util::undoer::{self, Undoer};
 use eframe::egui::{self, CentralPanel, TextureId, ThemePreference, Ui, vec2};
 use eframe::egui_wgpu::{RenderState, WgpuSetup, WgpuSetupCreateNew};
 use screenshot::{Outcome, Screenshot};
+use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::time::Duration;
 use viewport::Viewport;
 
 /// How the window starts.
@@ -52,25 +88,43 @@ pub struct AppOptions {
     pub adapter: Option<String>,
     /// Saves the whole window as a PNG once the picture is there, and ends.
     pub screenshot: Option<PathBuf>,
-    /// Choices to start with; those of [`Settings::default`] without it.
-    pub settings: Option<Settings>,
+    /// What to show at first; what was shown last, or [`Document::default`], without it.
+    pub document: Option<Document>,
+    /// The person's choices; the last ones without it.
+    pub preferences: Option<Preferences>,
 }
+
+/// Keys under which the window's storage holds what is kept.
+const KEPT_DOCUMENT: &str = "document";
+const KEPT_PREFERENCES: &str = "preferences";
+
+/// How long a change must rest before it can be taken back by itself, seconds: less than
+/// the pause between two deliberate changes.
+const UNDO_REST_S: f32 = 0.5;
 
 /// A texture that egui knows by an id.
 struct Registered {
     id: TextureId,
     texture: Texture,
+    filter: wgpu::FilterMode,
 }
 
 /// The window's content.
 pub struct App {
-    settings: Settings,
+    document: Document,
+    preferences: Preferences,
     engine: Engine,
     render_state: RenderState,
-    textures: Vec<Option<Registered>>,
+    textures: BTreeMap<PaneId, Registered>,
     viewport: Viewport,
+    undoer: Undoer<Document>,
     loader: loading::Loader,
-    dialog: loading::OpenDialog,
+    /// What the engine's source was opened from.
+    loaded: Option<(String, DepthArgs)>,
+    watched: watch::Watched,
+    dialogs: dialogs::Dialogs,
+    palette: palette::Palette,
+    task: Option<tasks::Task>,
     messages: messages::Messages,
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
@@ -91,6 +145,7 @@ pub fn run(options: AppOptions) -> anyhow::Result<()> {
     let create: eframe::AppCreator<'_> = Box::new(move |context| {
         apply_style(&context.egui_ctx);
         let state = context.wgpu_render_state.as_ref().ok_or("the window has no wgpu renderer")?;
+        let options = options.with_kept(context.storage);
         Ok(Box::new(App::with_outcome(state, options, taken)))
     });
     eframe::run_native("defocus", native, create)
@@ -137,6 +192,19 @@ pub fn wgpu_setup(adapter: Option<String>) -> WgpuSetup {
     })
 }
 
+impl AppOptions {
+    /// The same with what the last session kept, where nothing else is asked for. A
+    /// photograph shows what it is told to and nothing that was kept.
+    fn with_kept(mut self, storage: Option<&dyn eframe::Storage>) -> Self {
+        let Some(storage) = storage.filter(|_| self.screenshot.is_none()) else { return self };
+        self.preferences = self.preferences.or_else(|| eframe::get_value(storage, KEPT_PREFERENCES));
+        if self.scene.is_none() {
+            self.document = self.document.or_else(|| eframe::get_value(storage, KEPT_DOCUMENT));
+        }
+        self
+    }
+}
+
 impl App {
     /// The content for a window that draws with `render_state`, whose device was opened
     /// as [`wgpu_setup`] does.
@@ -146,19 +214,32 @@ impl App {
 
     fn with_outcome(render_state: &RenderState, options: AppOptions, outcome: Outcome) -> Self {
         let RenderState { adapter, device, queue, .. } = render_state.clone();
-        let mut settings = options.settings.unwrap_or_default().repaired();
-        if let Some(scene) = options.scene {
-            settings.scene = scene;
+        let mut messages = messages::Messages::default();
+        let mut document = options.document.unwrap_or_default().repaired();
+        match options.scene {
+            Some(file) if state::is_state(&file) => match state::read(file.as_ref()) {
+                Ok(read) => document = read,
+                Err(error) => messages.error_later(error.to_string()),
+            },
+            Some(scene) => document.scene = scene,
+            None => {}
         }
+        let settings = undoer::Settings { stable_time: UNDO_REST_S, ..Default::default() };
         Self {
-            settings,
+            document,
+            preferences: options.preferences.unwrap_or_default(),
             engine: Engine::new(Gpu::from_device(&adapter.get_info(), device, queue)),
             render_state: render_state.clone(),
-            textures: Vec::new(),
+            textures: BTreeMap::new(),
             viewport: Viewport::default(),
+            undoer: Undoer::with_settings(settings),
             loader: Default::default(),
-            dialog: Default::default(),
-            messages: Default::default(),
+            loaded: None,
+            watched: Default::default(),
+            dialogs: Default::default(),
+            palette: Default::default(),
+            task: None,
+            messages,
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
             help: false,
@@ -166,9 +247,14 @@ impl App {
         }
     }
 
-    /// The user's choices as they are now.
-    pub fn settings(&self) -> &Settings {
-        &self.settings
+    /// What is shown.
+    pub fn document(&self) -> &Document {
+        &self.document
+    }
+
+    /// The person's choices.
+    pub fn preferences(&self) -> &Preferences {
+        &self.preferences
     }
 
     /// What renders.
@@ -176,9 +262,14 @@ impl App {
         &self.engine
     }
 
-    /// Where the picture is, points.
-    pub fn picture_rect(&self) -> egui::Rect {
-        self.viewport.picture()
+    /// Where the whole picture of a pane is, points; it may reach beyond the pane.
+    pub fn picture_rect(&self, pane: PaneId) -> Option<egui::Rect> {
+        self.viewport.picture(pane)
+    }
+
+    /// Where the pointer is in the picture, from (0, 0) at the top left to (1, 1).
+    pub fn cursor(&self) -> Option<glam::DVec2> {
+        self.viewport.cursor()
     }
 
     /// The last error that was shown.
@@ -200,44 +291,53 @@ impl App {
     pub fn is_settled(&self) -> bool {
         self.started
             && self.loader.loading().is_none()
-            && !self.engine.is_busy()
+            && self.task.is_none()
+            && self.engine.wants_update_in().is_none()
             && self.viewport.is_at_rest()
             && self.engine.source().is_some()
     }
 
     /// One frame of the interface.
     pub fn show(&mut self, ui: &mut Ui) {
-        self.take_in(ui.ctx());
-        self.keys(ui);
+        let ctx = ui.ctx().clone();
+        self.take_in(&ctx);
+        self.keys(&ctx);
         self.top_bar(ui);
         self.status_bar(ui);
         self.controls(ui);
-        CentralPanel::no_frame().show(ui, |ui| self.show_viewport(ui));
-        help::show(ui.ctx(), &mut self.help);
-        self.messages.show(ui.ctx());
-        self.finish_frame(ui.ctx());
+        CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
+        self.update_pictures(ui);
+        self.show_help(&ctx);
+        self.show_palette(&ctx);
+        if let Some(answer) = self.dialogs.show(&ctx) {
+            self.answer(&ctx, answer);
+        }
+        self.show_task(&ctx);
+        self.messages.show(&ctx);
+        self.feed_undo(&ctx);
+        self.finish_frame(&ctx);
     }
 
-    /// What arrived since the last frame: files, answers, a new theme.
+    /// What arrived since the last frame: files, answers, complaints, a new theme.
     fn take_in(&mut self, ctx: &egui::Context) {
-        if !self.started {
-            self.started = true;
-            let scene = self.settings.scene.clone();
-            self.open(ctx, &scene);
-        }
+        self.started = true;
         let dropped = ctx.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
-        if let Some(file) = dropped.or_else(|| self.dialog.poll()) {
-            self.open(ctx, &file.to_string_lossy());
+        if let Some(file) = dropped {
+            self.open_anything(ctx, &file.to_string_lossy());
         }
-        if let Some((spec, opened)) = self.loader.poll() {
-            match opened {
-                Ok(source) => self.opened(spec, source),
-                Err(error) => self.messages.error(ctx, &error),
-            }
+        if !self.watched.take().is_empty()
+            && let Some((spec, depth)) = self.loaded.clone()
+        {
+            self.loader.start(&spec, &depth, false, self.engine.gpu(), ctx);
         }
-        if self.settings.theme != self.applied_theme {
-            self.applied_theme = self.settings.theme;
-            ctx.set_theme(match self.settings.theme {
+        self.take_in_loaded(ctx);
+        self.load_what_is_named(ctx);
+        for trouble in self.engine.take_troubles() {
+            self.messages.error(ctx, &trouble);
+        }
+        if self.preferences.theme != self.applied_theme {
+            self.applied_theme = self.preferences.theme;
+            ctx.set_theme(match self.preferences.theme {
                 Theme::System => ThemePreference::System,
                 Theme::Light => ThemePreference::Light,
                 Theme::Dark => ThemePreference::Dark,
@@ -245,24 +345,10 @@ impl App {
         }
     }
 
-    fn open(&mut self, ctx: &egui::Context, spec: &str) {
-        self.loader.start(spec, self.engine.gpu(), ctx);
-    }
-
-    fn opened(&mut self, spec: String, source: GpuSource) {
-        self.engine.set_source(source);
-        let restored = self.settings.scene == spec && self.settings.camera.is_some();
-        self.settings.scene = spec;
-        if !restored {
-            self.choose_camera(0);
-            self.refocus();
-        }
-    }
-
     fn choose_camera(&mut self, index: usize) {
         let Some(source) = self.engine.source() else { return };
-        self.settings.camera_index = index;
-        self.settings.camera = match source.source() {
+        self.document.camera_index = index;
+        self.document.camera = match source.source() {
             crate::study::Source::Scene(scene) => scene.cameras.get(index).map(|c| c.camera),
             crate::study::Source::Image(_) => None,
         };
@@ -270,72 +356,96 @@ impl App {
 
     /// Focus, and the rest of the lens where it is automatic, as the source asks for it.
     fn refocus(&mut self) {
-        let size = Some(self.viewport.area_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
-        let Ok(lens) = self.engine.default_lens(self.settings.camera, size) else { return };
+        let size = Some(self.viewport.size_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
+        let Ok(lens) = self.engine.default_lens(self.document.camera, size) else { return };
         self.viewport.stop_focusing();
-        self.settings.pivot_m = lens.focus_distance_m;
-        self.settings.lens.focus_distance_m = lens.focus_distance_m;
-        if self.settings.automatic_lens {
-            let aperture = self.settings.lens.aperture.clone();
-            self.settings.lens = crate::lens::Lens { aperture, ..lens };
+        self.document.pivot_m = lens.focus_distance_m;
+        self.document.lens.focus_distance_m = lens.focus_distance_m;
+        if self.document.automatic_lens {
+            let aperture = self.document.lens.aperture.clone();
+            self.document.lens = crate::lens::Lens { aperture, ..lens };
         }
     }
 
     fn suit_lens(&mut self) {
-        self.settings.automatic_lens = true;
+        self.document.automatic_lens = true;
         self.refocus();
     }
 
-    fn keys(&mut self, ui: &Ui) {
-        if ui.ctx().egui_wants_keyboard_input() {
+    /// Notes what can be taken back.
+    fn feed_undo(&mut self, ctx: &egui::Context) {
+        if self.loader.loading().is_some() || self.engine.source().is_none() {
             return;
         }
-        let pressed = |key| ui.input(|i| i.modifiers.is_none() && i.key_pressed(key));
-        if pressed(egui::Key::Escape) {
-            self.messages.dismiss();
-        }
-        if pressed(egui::Key::R) {
-            self.choose_camera(self.settings.camera_index);
-        }
-        if pressed(egui::Key::C) {
-            let coc = self.settings.show == Show::Coc;
-            self.settings.show = if coc { Show::Picture } else { Show::Coc };
-        }
-        if pressed(egui::Key::B) {
-            self.set_comparing(self.settings.methods.len() == 1);
-        }
-        if pressed(egui::Key::X) {
-            self.settings.methods.reverse();
-        }
-        // Where "?" is typed with shift, the key itself is reported with it.
-        if ui.input(|i| i.events.iter().any(|e| matches!(e, egui::Event::Text(text) if text == "?"))) {
-            self.help = !self.help;
+        self.undoer.feed_state(ctx.input(|i| i.time), &self.document.without_gaze());
+        if self.undoer.is_in_flux() {
+            ctx.request_repaint_after(Duration::from_secs_f32(UNDO_REST_S));
         }
     }
 
-    /// Title of a pane's method.
-    fn title(&self, pane: usize) -> String {
-        let id = self.settings.methods.get(pane).map_or("", |m| m.id.as_str());
-        methods::by_id(id).map_or_else(|_| id.to_owned(), |m| m.about().title.to_owned())
+    fn undo(&mut self) {
+        if let Some(earlier) = self.undoer.undo(&self.document.without_gaze()).cloned() {
+            self.restore(earlier);
+        }
+    }
+
+    fn redo(&mut self) {
+        if let Some(later) = self.undoer.redo(&self.document.without_gaze()).cloned() {
+            self.restore(later);
+        }
+    }
+
+    fn restore(&mut self, document: Document) {
+        let Document { zoom, divider, .. } = self.document;
+        self.document = Document { zoom, divider, ..document };
+        self.viewport.stop_focusing();
+    }
+
+    fn show_task(&mut self, ctx: &egui::Context) {
+        let Some(ended) = self.task.as_mut().and_then(|task| task.show(ctx)) else { return };
+        self.task = None;
+        match ended {
+            tasks::Ended::Well(text) => self.messages.note(ctx, &text),
+            tasks::Ended::Badly(error) => self.messages.error(ctx, &error),
+            tasks::Ended::Stopped => self.messages.note(ctx, "Cancelled; nothing was written."),
+        }
+    }
+
+    /// Brings the pictures up to date with what was changed in this frame. They are
+    /// painted after it, so that they follow the mouse without delay.
+    fn update_pictures(&mut self, ui: &Ui) {
+        let wanted = (&self.document.scene, &self.document.depth);
+        let is_there = self.loaded.as_ref().is_some_and(|(scene, depth)| (scene, depth) == wanted);
+        if is_there {
+            self.update_engine(ui);
+        }
+        self.register_textures(ui.ctx());
     }
 
     /// Tells egui about the textures that the engine made.
-    fn register_textures(&mut self) {
-        let panes = self.engine.panes();
-        self.textures.resize_with(panes.len().max(self.textures.len()), || None);
-        let (device, filter) = (&self.render_state.device, wgpu::FilterMode::Linear);
-        for (pane, slot) in panes.iter().zip(&mut self.textures) {
-            let Some(shown) = &pane.shown else { continue };
-            let mut renderer = self.render_state.renderer.write();
-            match slot {
-                Some(registered) if registered.texture.same(shown) => {}
-                Some(registered) => {
-                    renderer.update_egui_texture_from_wgpu_texture(device, shown.view(), filter, registered.id);
-                    registered.texture = shown.clone();
+    fn register_textures(&mut self, ctx: &egui::Context) {
+        let device = &self.render_state.device;
+        let gone: Vec<PaneId> = self.textures.keys().copied().filter(|id| self.engine.pane(*id).is_none()).collect();
+        let mut renderer = self.render_state.renderer.write();
+        for id in gone {
+            if let Some(registered) = self.textures.remove(&id) {
+                renderer.free_texture(&registered.id);
+            }
+        }
+        for pane in &self.document.panes {
+            let Some(shown) = self.engine.pane(pane.id).and_then(|p| p.shown()) else { continue };
+            let filter = self.viewport.filter();
+            match self.textures.get_mut(&pane.id) {
+                Some(known) if known.texture.same(shown) && known.filter == filter => {}
+                Some(known) => {
+                    renderer.update_egui_texture_from_wgpu_texture(device, shown.view(), filter, known.id);
+                    (known.texture, known.filter) = (shown.clone(), filter);
                 }
                 None => {
                     let id = renderer.register_native_texture(device, shown.view(), filter);
-                    *slot = Some(Registered { id, texture: shown.clone() });
+                    self.textures.insert(pane.id, Registered { id, texture: shown.clone(), filter });
+                    // It has an id to be painted by from the next frame on.
+                    ctx.request_repaint();
                 }
             }
         }
@@ -343,9 +453,8 @@ impl App {
 
     /// Asks for another frame only where there is something to do in it.
     fn finish_frame(&mut self, ctx: &egui::Context) {
-        if self.engine.is_busy() {
-            // Soon enough to keep a GPU busy with a converging reference.
-            ctx.request_repaint_after(std::time::Duration::from_millis(4));
+        if let Some(pause) = self.engine.wants_update_in() {
+            ctx.request_repaint_after(pause);
         }
         let ready = self.is_settled();
         let failure = self.messages.last_error().or(self.viewport.problem());
@@ -362,6 +471,13 @@ impl eframe::App for App {
 
     fn clear_color(&self, visuals: &egui::Visuals) -> [f32; 4] {
         visuals.panel_fill.to_normalized_gamma_f32()
+    }
+
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        if self.screenshot.is_none() {
+            eframe::set_value(storage, KEPT_DOCUMENT, &self.document);
+            eframe::set_value(storage, KEPT_PREFERENCES, &self.preferences);
+        }
     }
 
     fn persist_egui_memory(&self) -> bool {

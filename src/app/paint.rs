@@ -1,12 +1,13 @@
-//! What is painted in the viewport: pictures, names, legend, messages.
+//! What is painted in a pane: pictures, legend, cursor, messages.
 
-use super::App;
-use super::settings::Show;
-use super::widgets::significant;
-use crate::present::{DIFFERENCE_FULL_SCALE, Map};
+use super::document::PaneId;
+use super::legend::{self, Legend};
+use super::viewport::placed;
+use super::{App, Show, Zoom};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
+use glam::DVec2;
 use std::sync::Arc;
 
 const WHOLE: Rect = Rect { min: pos2(0.0, 0.0), max: pos2(1.0, 1.0) };
@@ -17,63 +18,96 @@ const SHADE: Color32 = Color32::from_black_alpha(170);
 /// Distance of what is painted over the picture from its border, points.
 const INSET: f32 = 10.0;
 
-/// What shows around a picture that does not fill the viewport.
+/// Size of a legend, points.
+const LEGEND: egui::Vec2 = vec2(270.0, 62.0);
+
+/// Magnification from which on the pixel under the pointer is framed.
+const FRAMED_FROM: f32 = 6.0;
+
+/// What shows around a picture that does not fill its pane.
 pub fn background(ui: &Ui, area: Rect) {
     ui.painter().rect_filled(area, CornerRadius::ZERO, ui.visuals().extreme_bg_color);
 }
 
-/// The methods' pictures, their names, and the divider between two.
-pub fn panes(app: &App, ui: &Ui, picture: Rect) {
-    let panes = app.engine.panes();
-    let wiping = app.is_wiping() && panes.len() == 2;
-    let x = picture.left() + app.settings.divider * picture.width();
-    for (index, pane) in panes.iter().enumerate() {
-        let part = match (wiping, index) {
-            (true, 0) => Rect::from_min_max(picture.min, pos2(x, picture.bottom())),
-            (true, _) => Rect::from_min_max(pos2(x, picture.top()), picture.max),
-            // Overlays are the same for both; the first stands for them.
-            (false, 0) => picture,
-            (false, _) => continue,
-        };
-        let painter = ui.painter_at(part);
-        if let Some(texture) = app.textures.get(index).and_then(|t| t.as_ref()) {
-            painter.image(texture.id, picture, WHOLE, Color32::WHITE);
-        }
-        if let Some(error) = &pane.error {
-            painter.rect_filled(part, CornerRadius::ZERO, Color32::from_black_alpha(140));
-            let text = wrapped(&painter, error, part.width() - 4.0 * INSET);
-            label(&painter, part.center(), Align2::CENTER_CENTER, text);
-        }
-        if app.settings.show != Show::Difference {
-            name(app, &painter, part, index, wiping);
-        }
+/// The pictures of one pane, or of two with the divider between them.
+pub fn panes(app: &App, ui: &Ui, area: Rect, picture: Rect, ids: &[PaneId]) {
+    let seen = picture.intersect(area);
+    let x = seen.left() + app.document.divider * seen.width();
+    let parts = match ids {
+        [_, _] => vec![
+            Rect::from_min_max(area.min, pos2(x, area.bottom())),
+            Rect::from_min_max(pos2(x, area.top()), area.max),
+        ],
+        _ => vec![area],
+    };
+    for (id, part) in ids.iter().zip(&parts) {
+        pane(app, ui, *part, picture, blinked(app, *id));
     }
-    if app.settings.show == Show::Difference && panes.len() == 2 {
-        let title = |index| app.title(index);
-        let text = format!("Difference of {} and {}", title(0), title(1));
-        let painter = ui.painter_at(picture);
-        let text = wrapped(&painter, &text, picture.width() - 2.0 * INSET);
-        label(&painter, picture.min + vec2(INSET, INSET), Align2::LEFT_TOP, text);
+    if ids.len() > 1 {
+        divider(&ui.painter_at(seen), seen, x);
     }
-    if wiping {
-        divider(&ui.painter_at(picture), picture, x);
+    cursor(app, ui, area, picture, ids[0]);
+}
+
+/// The pane that is seen in place of another while one blinks.
+fn blinked(app: &App, id: PaneId) -> PaneId {
+    let (a, b) = (app.document.a, app.document.b);
+    let here = app.viewport.hovered().is_none_or(|hovered| hovered == id) || id == a;
+    match app.viewport.is_blinking() && here {
+        true if id == b => a,
+        true => b,
+        false => id,
     }
 }
 
-fn name(app: &App, painter: &Painter, part: Rect, index: usize, wiping: bool) {
-    let mut text = app.title(index);
-    if let Some((count, samples)) = app.engine.progress(index) {
-        text = format!("{text} · {count} of {samples} lens points");
+fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
+    let painter = ui.painter_at(part);
+    let engine_pane = app.engine.pane(id);
+    if let (Some(texture), Some(shown)) = (app.textures.get(&id), engine_pane.and_then(|p| p.shown())) {
+        painter.image(texture.id, place_of(app, ui, part, picture, id, shown.size().as_vec2()), WHOLE, Color32::WHITE);
     }
-    // A narrow part has no room for a name, and a cut one says nothing.
-    let galley = wrapped(painter, &text, f32::INFINITY);
-    if galley.size().x + 2.0 * INSET + 12.0 > part.width() {
-        return;
+    if let Some(error) = engine_pane.and_then(|p| p.error()) {
+        painter.rect_filled(part, CornerRadius::ZERO, Color32::from_black_alpha(140));
+        let text = wrapped(&painter, error, part.width() - 4.0 * INSET);
+        label(&painter, part.center(), Align2::CENTER_CENTER, text);
     }
-    if wiping && index == 1 {
-        label(painter, part.right_top() + vec2(-INSET, INSET), Align2::RIGHT_TOP, galley);
-    } else {
-        label(painter, part.min + vec2(INSET, INSET), Align2::LEFT_TOP, galley);
+    if let Some(legend) = legend::of(app, id) {
+        paint_legend(&painter, part, &legend);
+    }
+}
+
+/// Where a texture lies: on the picture, or, of another shape, in the pane by itself.
+fn place_of(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId, size: glam::Vec2) -> Rect {
+    let inside = app.document.pane(id).is_some_and(|p| matches!(p.show, Show::Inside(_)));
+    let shape = picture.width() / picture.height();
+    if !inside || (size.x / size.y / shape - 1.0).abs() < 0.02 {
+        return picture;
+    }
+    let ppp = ui.ctx().pixels_per_point();
+    let zoom = app.document.zoom.scale.map(|scale| scale * app.viewport.size_px().x as f32 / size.x);
+    placed(part, vec2(size.x, size.y) / ppp, Zoom { scale: zoom, ..app.document.zoom }, ppp)
+}
+
+/// The pointer's place in the panes that it is not in, and the pixel under it where pixels
+/// are large.
+fn cursor(app: &App, ui: &Ui, area: Rect, picture: Rect, id: PaneId) {
+    let (Some(at), Some(size)) = (app.viewport.cursor(), app.engine.size()) else { return };
+    let painter = ui.painter_at(area);
+    let point = |at: DVec2| picture.min + vec2(at.x as f32, at.y as f32) * picture.size();
+    if app.viewport.hovered() != Some(id) {
+        let centre = point(at);
+        for (width, color) in [(3.0, Color32::from_black_alpha(140)), (1.0, Color32::WHITE)] {
+            for arm in [vec2(1.0, 0.0), vec2(0.0, 1.0), vec2(-1.0, 0.0), vec2(0.0, -1.0)] {
+                painter.line_segment([centre + arm * 4.0, centre + arm * 10.0], Stroke::new(width, color));
+            }
+        }
+    }
+    let pixel = picture.width() / size.x as f32;
+    if pixel >= FRAMED_FROM {
+        let texel = (at * size.as_dvec2()).floor() / size.as_dvec2();
+        let frame = Rect::from_min_size(point(texel), vec2(pixel, pixel));
+        painter.rect_stroke(frame, CornerRadius::ZERO, Stroke::new(3.0, Color32::BLACK), StrokeKind::Outside);
+        painter.rect_stroke(frame, CornerRadius::ZERO, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
     }
 }
 
@@ -87,59 +121,65 @@ fn divider(painter: &Painter, picture: Rect, x: f32) {
     }
 }
 
-/// Colour scale of an overlay.
-pub fn legend(app: &App, ui: &Ui, area: Rect) {
-    let coc = significant(f64::from(app.settings.coc_scale_px));
-    let sharp = significant(f64::from(app.settings.acceptable_coc_px));
-    let full = f64::from(DIFFERENCE_FULL_SCALE) * 100.0;
-    let (map, title, low, high) = match app.settings.show {
-        Show::Picture => return,
-        Show::Coc => (Map::Diverging, "Signed CoC", format!("−{coc} px, in front"), format!("{coc} px, behind")),
-        Show::Depth => (Map::Sequential, "Reciprocal depth", "∞".into(), "nearest".into()),
-        Show::Zone => {
-            (Map::Diverging, "Depth of field", "in front".into(), format!("behind · colours: CoC ≤ {sharp} px"))
-        }
-        Show::Difference => (Map::Error, "Difference of display values", "0".into(), format!("{full} % and more")),
-    };
-    let panel = Rect::from_min_size(area.right_bottom() - vec2(270.0, 62.0) - vec2(INSET, INSET), vec2(270.0, 62.0));
-    let painter = ui.painter_at(area);
+fn paint_legend(painter: &Painter, area: Rect, legend: &Legend) {
+    let size = vec2(LEGEND.x.min(area.width() - 2.0 * INSET), LEGEND.y);
+    if size.x < 80.0 || area.height() < 2.0 * size.y {
+        return;
+    }
+    let panel = Rect::from_min_size(area.right_bottom() - size - vec2(INSET, INSET), size);
     painter.rect_filled(panel, CornerRadius::same(5), SHADE);
+    let inner = panel.shrink2(vec2(10.0, 7.0));
     let text = |at: Pos2, align: Align2, text: &str| {
         painter.text(at, align, text, FontId::proportional(11.5), Color32::WHITE);
     };
-    let inner = panel.shrink2(vec2(10.0, 7.0));
-    text(inner.left_top(), Align2::LEFT_TOP, title);
+    text(inner.left_top(), Align2::LEFT_TOP, &legend.title);
     let bar = Rect::from_min_size(inner.left_top() + vec2(0.0, 18.0), vec2(inner.width(), 10.0));
     // One bar a point: the eye sees no steps.
     let steps = bar.width() as usize;
     for i in 0..steps {
         let t = i as f32 / (steps - 1) as f32;
-        let [r, g, b] = map.srgb8(t);
+        let [r, g, b] = legend.map.srgb8(t);
         let slice = Rect::from_min_size(bar.min + vec2(i as f32, 0.0), vec2(1.5, bar.height()));
         painter.rect_filled(slice, CornerRadius::ZERO, Color32::from_rgb(r, g, b));
     }
-    text(inner.left_bottom(), Align2::LEFT_BOTTOM, &low);
-    text(inner.right_bottom(), Align2::RIGHT_BOTTOM, &high);
+    text(inner.left_bottom(), Align2::LEFT_BOTTOM, &legend.low);
+    text(inner.right_bottom(), Align2::RIGHT_BOTTOM, &legend.high);
+}
+
+/// Reticle, messages and hint of a pane.
+pub fn over(app: &App, ui: &Ui, area: Rect, id: PaneId) {
+    if let (Some(at), Some(picture)) = (app.viewport.focusing_at(), app.viewport.picture(id)) {
+        let at = picture.min + vec2(at.x as f32, at.y as f32) * picture.size();
+        reticle(&ui.painter_at(area), at);
+    }
+    let is_first = id == app.document.a;
+    match (app.viewport.problem(), app.loader.loading()) {
+        (_, Some(spec)) if is_first => loading(ui, area, spec),
+        (Some(problem), None) if is_first => banner(ui, area, problem),
+        (None, None) if is_first && app.viewport.hint && app.engine.source().is_some() => {
+            banner(ui, area, "Click what should be sharp · drag to look around · press V to compare with the truth");
+        }
+        _ => {}
+    }
 }
 
 /// Where one clicked to focus.
-pub fn reticle(ui: &Ui, at: Pos2) {
-    let painter = ui.painter();
+fn reticle(painter: &Painter, at: Pos2) {
     painter.circle_stroke(at, 13.0, Stroke::new(3.0, Color32::from_black_alpha(120)));
     painter.circle_stroke(at, 13.0, Stroke::new(1.5, Color32::WHITE));
 }
 
 /// A line at the lower border: a hint, or what is wrong.
-pub fn banner(ui: &Ui, area: Rect, text: &str) {
+fn banner(ui: &Ui, area: Rect, text: &str) {
     let painter = ui.painter_at(area);
     let galley = wrapped(&painter, text, area.width() - 4.0 * INSET);
     label(&painter, area.center_bottom() - vec2(0.0, INSET + 4.0), Align2::CENTER_BOTTOM, galley);
 }
 
 /// A turning wheel with what is being opened.
-pub fn loading(ui: &Ui, area: Rect, spec: &str) {
+fn loading(ui: &Ui, area: Rect, spec: &str) {
     let painter = ui.painter_at(area);
-    let text = wrapped(&painter, &format!("Opening {spec} …"), area.width() - 8.0 * INSET);
+    let text = wrapped(&painter, &format!("Opening {spec} … Escape gives up"), area.width() - 8.0 * INSET);
     let size = text.size();
     let centre = area.center();
     label(&painter, centre + vec2(14.0, 0.0), Align2::CENTER_CENTER, text);

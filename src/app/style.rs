@@ -5,6 +5,9 @@ use eframe::egui::{self, CornerRadius, FontId, Margin, TextStyle, vec2};
 /// Width of the panel with the controls, points.
 pub const PANEL_WIDTH: f32 = 316.0;
 
+/// Space left and right of what stands in a pane's head and foot, points.
+pub const PANE_MARGIN: f32 = 6.0;
+
 /// Width of the names left of the controls, points.
 pub const NAME_WIDTH: f32 = 106.0;
 

@@ -1,13 +1,15 @@
-//! The picture: navigation, click to focus, the divider, and what is painted over it.
+//! The picture in a pane: navigation, click to focus, magnification, the divider.
 
-use super::App;
+use super::document::{Arrangement, Document, PaneId, Zoom};
 use super::engine::Request;
-use super::paint;
-use super::settings::{Navigation, Show};
-use super::{navigation, settings::Settings};
-use crate::lens::Lens;
-use eframe::egui::{CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, WidgetInfo, vec2};
+use super::preferences::Navigation;
+use super::{App, navigation, paint};
+use eframe::egui::{
+    CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
+};
 use glam::{DVec2, DVec3, UVec2, dvec2, uvec2};
+use std::collections::BTreeMap;
+use std::time::Duration;
 
 /// How long focus takes to where one clicked, seconds: long enough to be seen, too short
 /// to wait for.
@@ -25,19 +27,30 @@ const LEAST_SIDE_PX: u32 = 16;
 /// Zoom for a point of scrolling, as an exponent: a notch of 50 points is 13 %.
 const ZOOM_PER_POINT: f64 = 0.0025;
 
+/// Panes that differ from the picture's size by less than this share show it pixel for
+/// pixel all the same: a hair's breadth is cut off rather than everything blurred.
+const SNAP: f32 = 0.03;
+
 /// The viewport's own state: nothing that would be saved.
 pub struct Viewport {
-    /// Where the picture is, points.
-    picture: Rect,
-    /// Size of the area for it, px.
-    area_px: UVec2,
+    /// Where there is room for a pane's picture, points.
+    pub(super) areas: BTreeMap<PaneId, Rect>,
+    /// Where the whole picture lies in it, points.
+    pictures: BTreeMap<PaneId, Rect>,
+    /// Size of the picture that is asked for, px.
+    size_px: UVec2,
+    /// Where the pointer is in the picture.
+    cursor: Option<DVec2>,
+    hovered: Option<PaneId>,
+    blinking: bool,
     last_motion_s: f64,
     /// Time of a frame at full size, ms.
     full_ms: f64,
     scale: f64,
+    filter: wgpu::FilterMode,
     focusing: Option<Focusing>,
     /// Whether the hint how to begin is still of use.
-    hint: bool,
+    pub(super) hint: bool,
     /// Why the picture is not up to date.
     problem: Option<String>,
 }
@@ -47,17 +60,22 @@ struct Focusing {
     from_dpt: f64,
     to_m: f64,
     start_s: f64,
-    at: Pos2,
+    at: DVec2,
 }
 
 impl Default for Viewport {
     fn default() -> Self {
         Self {
-            picture: Rect::NOTHING,
-            area_px: UVec2::ZERO,
+            areas: BTreeMap::new(),
+            pictures: BTreeMap::new(),
+            size_px: UVec2::ZERO,
+            cursor: None,
+            hovered: None,
+            blinking: false,
             last_motion_s: f64::NEG_INFINITY,
             full_ms: 0.0,
             scale: 1.0,
+            filter: wgpu::FilterMode::Linear,
             focusing: None,
             hint: true,
             problem: None,
@@ -66,14 +84,44 @@ impl Default for Viewport {
 }
 
 impl Viewport {
-    /// Where the picture is, points.
-    pub fn picture(&self) -> Rect {
-        self.picture
+    /// Where the whole picture of a pane is, points.
+    pub fn picture(&self, pane: PaneId) -> Option<Rect> {
+        self.pictures.get(&pane).copied()
     }
 
-    /// Size of the area for the picture, px; zero before the first frame.
-    pub fn area_px(&self) -> UVec2 {
-        self.area_px
+    /// Where the pointer is in the picture, from (0, 0) to (1, 1).
+    pub fn cursor(&self) -> Option<DVec2> {
+        self.cursor
+    }
+
+    /// The pane under the pointer.
+    pub fn hovered(&self) -> Option<PaneId> {
+        self.hovered
+    }
+
+    /// Size of the picture that is asked for, px; zero before the first frame.
+    pub fn size_px(&self) -> UVec2 {
+        self.size_px
+    }
+
+    /// Whether pane B is shown in place of A.
+    pub fn is_blinking(&self) -> bool {
+        self.blinking
+    }
+
+    /// Shows pane B in place of A, or stops that.
+    pub fn set_blinking(&mut self, blinking: bool) {
+        self.blinking = blinking;
+    }
+
+    /// How textures are magnified.
+    pub fn filter(&self) -> wgpu::FilterMode {
+        self.filter
+    }
+
+    /// Where one clicked to focus, in the picture, while the focus moves there.
+    pub fn focusing_at(&self) -> Option<DVec2> {
+        self.focusing.as_ref().map(|focusing| focusing.at)
     }
 
     /// Leaves the focus where it is.
@@ -95,7 +143,7 @@ impl Viewport {
         self.last_motion_s = now_s;
     }
 
-    /// How much smaller than the viewport to draw while the camera moves.
+    /// How much smaller than the pane to draw while the camera moves.
     fn choose_scale(&mut self, now_s: f64, last_ms: Option<f64>) {
         if self.scale >= 1.0 {
             self.full_ms = last_ms.unwrap_or(0.0);
@@ -107,155 +155,235 @@ impl Viewport {
             _ => 0.25,
         };
     }
+
+    /// The largest of the areas is what the picture is drawn for: it is the same in all
+    /// panes, so that they can be compared.
+    fn measure(&mut self, ppp: f32) {
+        let px = |points: f32| (points.max(0.0) * ppp).round() as u32;
+        let sizes = self.areas.values().map(|area| uvec2(px(area.width()), px(area.height())));
+        self.size_px = sizes.max_by_key(|size| u64::from(size.x) * u64::from(size.y)).unwrap_or(UVec2::ZERO);
+    }
+}
+
+/// Where a picture of `size` points at its own scale lies around an `area`.
+pub fn placed(area: Rect, size: Vec2, zoom: Zoom, ppp: f32) -> Rect {
+    let fit = (area.width() / size.x).min(area.height() / size.y);
+    let fit = if (fit - 1.0).abs() < SNAP { 1.0 } else { fit };
+    let (scale, centre) = match zoom.scale {
+        None => (fit, [0.5, 0.5]),
+        Some(scale) => (scale, zoom.centre),
+    };
+    let shown = size * scale;
+    let min = area.center() - vec2(centre[0], centre[1]) * shown;
+    // On whole pixels of the display, so that texels and pixels coincide.
+    let snapped = pos2((min.x * ppp).round() / ppp, (min.y * ppp).round() / ppp);
+    Rect::from_min_size(snapped, shown)
 }
 
 impl App {
-    /// The area in the middle.
-    pub(super) fn show_viewport(&mut self, ui: &mut Ui) {
-        let area = ui.available_rect_before_wrap();
-        let ppp = f64::from(ui.ctx().pixels_per_point());
-        let px = |points: f32| (f64::from(points.max(0.0)) * ppp).round() as u32;
-        self.viewport.area_px = uvec2(px(area.width()), px(area.height()));
-        if self.viewport.area_px.min_element() < LEAST_SIDE_PX {
+    /// The picture of one pane, or of two that lie over each other.
+    pub(super) fn picture(&mut self, ui: &mut Ui, area: Rect, ids: &[PaneId]) {
+        let Some(id) = ids.first().copied() else { return };
+        for id in ids {
+            self.viewport.areas.insert(*id, area);
+        }
+        let ppp = ui.ctx().pixels_per_point();
+        paint::background(ui, area);
+        if (area.size() * ppp).min_elem() < LEAST_SIDE_PX as f32 {
             return;
         }
+        let picture = placed(area, self.natural_size(ppp), self.document.zoom, ppp);
+        for id in ids {
+            self.viewport.pictures.insert(*id, picture);
+        }
         let now_s = ui.input(|i| i.time);
-        let response = ui.interact(area, ui.scope_id().with("picture"), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Picture"));
+        let response = ui.interact(area, ui.scope_id().with(("picture", id)), Sense::click_and_drag());
+        response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, format!("Picture of pane {id}")));
+        self.follow_pointer(&response, picture, id);
+        self.magnify(ui, &response, area, picture);
         self.navigate(ui, &response, now_s);
-        self.click_to_focus(&response, now_s);
-        self.move_focus(ui, now_s);
-        self.update_picture(ui, now_s);
-        self.viewport.picture = self.fitted(area);
-        self.divider(ui);
-        self.paint_viewport(ui, area);
+        self.click_to_focus(&response, picture, now_s);
+        if response.clicked() && self.document.arrangement == Arrangement::Tiles && self.document.a != id {
+            self.perform(ui.ctx(), super::Action::ChooseA(id));
+        }
+        paint::panes(self, ui, area, picture, ids);
+        if ids.len() > 1 {
+            self.divider(ui, area, picture);
+        }
+        paint::over(self, ui, area, id);
+    }
+
+    /// Size of the picture at its own scale, points.
+    fn natural_size(&self, ppp: f32) -> Vec2 {
+        let wanted = self.viewport.size_px;
+        let size = match self.engine.source() {
+            Some(source) if !source.source().is_scene() => source.source().fitted_size(wanted),
+            _ => wanted,
+        };
+        vec2(size.x as f32, size.y as f32).max(Vec2::splat(1.0)) / ppp
+    }
+
+    fn follow_pointer(&mut self, response: &Response, picture: Rect, id: PaneId) {
+        if let Some(at) = response.hover_pos().filter(|at| response.contains_pointer() && picture.contains(*at)) {
+            self.viewport.cursor = Some(within(picture, at));
+            self.viewport.hovered = Some(id);
+        }
+    }
+
+    /// Magnifies about the pointer; moves what is magnified.
+    fn magnify(&mut self, ui: &Ui, response: &Response, area: Rect, picture: Rect) {
+        let zoom = &mut self.document.zoom;
+        let factor = ui.input(|i| i.zoom_delta());
+        if let Some(at) = response.hover_pos().filter(|_| response.contains_pointer() && factor != 1.0) {
+            let own = picture.width() / self.viewport.size_px.x.max(1) as f32 * ui.ctx().pixels_per_point();
+            let scale = (zoom.scale.unwrap_or(own) * factor).clamp(*Zoom::RANGE.start(), *Zoom::RANGE.end());
+            let grown = picture.size() * (scale / zoom.scale.unwrap_or(own));
+            let under = (at - picture.min) / picture.size();
+            let centre = under - (at - area.center()) / grown;
+            *zoom = Zoom { scale: Some(scale), centre: [centre.x, centre.y].map(|c| c.clamp(0.0, 1.0)) };
+        }
+        if zoom.scale.is_some() && response.dragged_by(PointerButton::Middle) {
+            let moved = response.drag_delta() / picture.size();
+            let [x, y] = zoom.centre;
+            zoom.centre = [x - moved.x, y - moved.y].map(|c| c.clamp(0.0, 1.0));
+        }
     }
 
     fn navigate(&mut self, ui: &Ui, response: &Response, now_s: f64) {
-        let size = self.viewport.area_px;
-        let Settings { camera: Some(camera), pivot_m, navigation, .. } = &mut self.settings else { return };
+        let size = self.viewport.size_px;
+        let magnified = self.document.zoom.scale.is_some();
+        let Document { camera: Some(camera), pivot_m, .. } = &mut self.document else { return };
         let before = *camera;
         let delta = response.drag_delta();
         let height = f64::from(response.rect.height());
         let drag = dvec2(f64::from(delta.x), f64::from(delta.y)) / height;
         let shift = ui.input(|i| i.modifiers.shift);
-        let panning = response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
+        let middle = response.dragged_by(PointerButton::Middle) && !magnified;
+        let panning = response.dragged_by(PointerButton::Secondary) || middle;
         if panning || (shift && response.dragged_by(PointerButton::Primary)) {
             navigation::pan(camera, *pivot_m, drag * f64::from(size.y), size);
         } else if response.dragged_by(PointerButton::Primary) {
-            match navigation {
+            match self.preferences.navigation {
                 Navigation::Orbit => navigation::orbit(camera, *pivot_m, drag),
                 Navigation::Fly => navigation::look(camera, drag),
             }
         }
         if response.contains_pointer() {
-            let (scroll, pinch) = ui.input(|i| (f64::from(i.smooth_scroll_delta().y), f64::from(i.zoom_delta())));
-            let factor = (-scroll * ZOOM_PER_POINT).exp() / pinch;
-            if factor != 1.0 {
-                *pivot_m = navigation::zoom(camera, *pivot_m, factor);
+            let scroll = ui.input(|i| f64::from(i.smooth_scroll_delta().y));
+            if scroll != 0.0 {
+                *pivot_m = navigation::zoom(camera, *pivot_m, (-scroll * ZOOM_PER_POINT).exp());
             }
-        }
-        if let Some(along) = flight(ui) {
-            navigation::fly(camera, along * *pivot_m);
-            ui.ctx().request_repaint();
+            if let Some(along) = flight(ui) {
+                navigation::fly(camera, along * *pivot_m);
+                ui.ctx().request_repaint();
+            }
         }
         if *camera != before {
             self.viewport.moved(now_s);
         }
     }
 
-    fn click_to_focus(&mut self, response: &Response, now_s: f64) {
-        let picture = self.viewport.picture;
+    fn click_to_focus(&mut self, response: &Response, picture: Rect, now_s: f64) {
         let Some(at) = response.interact_pointer_pos().filter(|at| response.clicked() && picture.contains(*at)) else {
             return;
         };
-        let Some(to_m) = self.engine.depth_at_m(within(picture, at)) else { return };
+        let at = within(picture, at);
+        let Some(to_m) = self.engine.depth_at_m(at) else { return };
         self.viewport.hint = false;
-        let from_dpt = 1.0 / self.settings.lens.focus_distance_m;
+        let from_dpt = 1.0 / self.document.lens.focus_distance_m;
         self.viewport.focusing = Some(Focusing { from_dpt, to_m, start_s: now_s, at });
     }
 
     fn move_focus(&mut self, ui: &Ui, now_s: f64) {
         let Some(Focusing { from_dpt, to_m, start_s, .. }) = self.viewport.focusing else { return };
-        let t = if self.settings.smooth_focus { ((now_s - start_s) / FOCUS_SECONDS).clamp(0.0, 1.0) } else { 1.0 };
+        let smooth = self.preferences.smooth_focus;
+        let t = if smooth { ((now_s - start_s) / FOCUS_SECONDS).clamp(0.0, 1.0) } else { 1.0 };
         let eased = t * t * (3.0 - 2.0 * t);
         if t < 1.0 {
-            self.settings.lens.focus_distance_m = 1.0 / (from_dpt + (1.0 / to_m - from_dpt) * eased);
+            self.document.lens.focus_distance_m = 1.0 / (from_dpt + (1.0 / to_m - from_dpt) * eased);
             ui.ctx().request_repaint();
         } else {
-            self.settings.lens.focus_distance_m = to_m;
+            self.document.lens.focus_distance_m = to_m;
             self.viewport.focusing = None;
         }
     }
 
-    fn update_picture(&mut self, ui: &Ui, now_s: f64) {
-        self.viewport.choose_scale(now_s, self.engine.history.last_ms());
-        if self.viewport.scale < 1.0 {
-            ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(REST_SECONDS));
+    /// Has the engine draw what the document asks for in the panes as they lie now.
+    pub(super) fn update_engine(&mut self, ui: &Ui) {
+        let now_s = ui.input(|i| i.time);
+        self.move_focus(ui, now_s);
+        let ctx = ui.ctx();
+        let before = self.viewport.size_px;
+        self.viewport.measure(ctx.pixels_per_point());
+        if self.viewport.size_px != before {
+            // The panes were laid out for the size before.
+            ctx.request_repaint();
         }
-        let request = request(&self.settings, self.viewport.area_px, self.viewport.scale);
-        self.viewport.problem = match self.engine.update(&request) {
-            Ok(_) => None,
-            Err(error) => Some(error.to_string()),
-        };
-        self.register_textures();
+        if self.viewport.size_px.min_element() < LEAST_SIDE_PX {
+            return;
+        }
+        if ctx.input(|i| i.pointer.hover_pos().is_none()) {
+            (self.viewport.cursor, self.viewport.hovered) = (None, None);
+        }
+        self.viewport.choose_scale(now_s, self.engine.history.last_ms());
+        let rest = Duration::from_secs_f64(REST_SECONDS);
+        if self.viewport.scale < 1.0 {
+            ctx.request_repaint_after(rest);
+        }
+        let first = self.viewport.hovered.filter(|id| self.viewport.areas.contains_key(id)).unwrap_or(self.document.a);
+        let mut request = Request::new(&self.document, self.viewport.size_px, self.viewport.scale, first);
+        request.visible = self.visible_panes();
+        self.viewport.filter = self.chosen_filter();
+        match self.engine.update(&request) {
+            Ok(news) => {
+                self.viewport.problem = None;
+                if news {
+                    // Names, numbers and legends follow the picture.
+                    ctx.request_repaint();
+                }
+            }
+            Err(error) => self.viewport.problem = Some(error.to_string()),
+        }
         // Statistics need the depths on the CPU: once the camera rests, not in every frame.
         if now_s - self.viewport.last_motion_s >= REST_SECONDS {
             self.engine.depths_m(true);
         } else {
-            ui.ctx().request_repaint_after(std::time::Duration::from_secs_f64(REST_SECONDS));
+            ctx.request_repaint_after(rest);
         }
     }
 
-    /// A scene fills the area; an image keeps its shape.
-    fn fitted(&self, area: Rect) -> Rect {
-        match (self.engine.source(), self.engine.size()) {
-            (Some(source), Some(size)) if !source.source().is_scene() => {
-                let size = vec2(size.x as f32, size.y as f32);
-                let fit = (area.width() / size.x).min(area.height() / size.y);
-                Rect::from_center_size(area.center(), size * fit)
-            }
-            _ => area,
+    /// The panes that were laid out, and the one that blinks.
+    fn visible_panes(&self) -> Vec<PaneId> {
+        let laid_out = |id: &PaneId| self.viewport.areas.contains_key(id);
+        let blinks = |id: &PaneId| self.viewport.blinking && *id == self.document.b;
+        self.document.panes.iter().map(|p| p.id).filter(|id| laid_out(id) || blinks(id)).collect()
+    }
+
+    /// Magnified pixels have edges; what is drawn smaller for the sake of speed, or shrunk,
+    /// is smooth.
+    fn chosen_filter(&self) -> wgpu::FilterMode {
+        let shown = self.viewport.pictures.get(&self.document.a);
+        let magnified = self.document.zoom.scale.map_or_else(
+            || shown.is_some_and(|r| r.width() > 1.5 * self.viewport.size_px.x as f32),
+            |scale| scale >= 1.0,
+        );
+        match magnified && self.viewport.scale >= 1.0 {
+            true => wgpu::FilterMode::Nearest,
+            false => wgpu::FilterMode::Linear,
         }
     }
 
-    fn divider(&mut self, ui: &mut Ui) {
-        if !self.is_wiping() {
-            return;
-        }
-        let picture = self.viewport.picture;
-        let x = picture.left() + self.settings.divider * picture.width();
-        let handle = Rect::from_x_y_ranges(x - 6.0..=x + 6.0, picture.y_range());
+    fn divider(&mut self, ui: &mut Ui, area: Rect, picture: Rect) {
+        let part = picture.intersect(area);
+        let x = part.left() + self.document.divider * part.width();
+        let handle = Rect::from_x_y_ranges(x - 6.0..=x + 6.0, part.y_range());
         let response = ui.interact(handle, ui.scope_id().with("divider"), Sense::drag());
         let response = response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
         if let (true, Some(at)) = (response.dragged(), response.interact_pointer_pos()) {
-            self.settings.divider = ((at.x - picture.left()) / picture.width()).clamp(0.0, 1.0);
+            self.document.divider = ((at.x - part.left()) / part.width()).clamp(0.0, 1.0);
         }
-        let share = f64::from(self.settings.divider);
+        let share = f64::from(self.document.divider);
         response.widget_info(|| WidgetInfo::slider(true, share, "Divider"));
-    }
-
-    /// Whether there are two pictures side by side.
-    pub(super) fn is_wiping(&self) -> bool {
-        self.settings.methods.len() == 2 && self.settings.show == Show::Picture
-    }
-
-    fn paint_viewport(&self, ui: &Ui, area: Rect) {
-        paint::background(ui, area);
-        paint::panes(self, ui, self.viewport.picture);
-        paint::legend(self, ui, area);
-        if let Some(focusing) = &self.viewport.focusing {
-            paint::reticle(ui, focusing.at);
-        }
-        match (&self.viewport.problem, self.loader.loading()) {
-            (_, Some(spec)) => paint::loading(ui, area, spec),
-            (Some(problem), None) => paint::banner(ui, area, problem),
-            (None, None) if self.viewport.hint && self.engine.source().is_some() => {
-                let hint = "Click what should be sharp · drag to orbit, right-drag to move, scroll to zoom";
-                paint::banner(ui, area, hint);
-            }
-            (None, None) => {}
-        }
     }
 }
 
@@ -275,25 +403,30 @@ fn flight(ui: &Ui) -> Option<DVec3> {
     })
 }
 
-/// What to render for these settings in an area of `area_px`, `scale` times as large.
-/// Lengths in pixels shrink with the picture: the blur covers the same part of it.
-fn request(settings: &Settings, area_px: UVec2, scale: f64) -> Request {
-    let lens = settings.lens.clone();
-    Request {
-        camera: settings.camera,
-        size: (area_px.as_dvec2() * scale).round().as_uvec2().max(UVec2::ONE),
-        overscan_px: (f64::from(settings.overscan_px) * scale).round() as u32,
-        lens: Lens { density_px_per_mm: lens.density_px_per_mm * scale, ..lens },
-        methods: settings.methods.clone(),
-        display: settings.display,
-        show: settings.show,
-        acceptable_coc_px: settings.acceptable_coc_px * scale as f32,
-        coc_scale_px: settings.coc_scale_px * scale as f32,
-    }
-}
-
 /// Position in the picture, from (0, 0) to (1, 1), of a point of the window.
 fn within(picture: Rect, at: Pos2) -> DVec2 {
     let share = (at - picture.min) / picture.size();
     dvec2(f64::from(share.x), f64::from(share.y))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_of_the_panes_size_is_shown_pixel_for_pixel() {
+        let area = Rect::from_min_size(pos2(10.3, 20.0), vec2(299.0, 201.0));
+        let shown = placed(area, vec2(300.0, 200.0), Zoom::default(), 1.0);
+        assert_eq!(shown.size(), vec2(300.0, 200.0));
+        assert_eq!(shown.min.x.fract(), 0.0);
+    }
+
+    #[test]
+    fn what_is_magnified_keeps_its_centre_in_the_middle() {
+        let area = Rect::from_min_size(Pos2::ZERO, vec2(400.0, 300.0));
+        let zoom = Zoom { scale: Some(8.0), centre: [0.25, 0.75] };
+        let shown = placed(area, vec2(400.0, 300.0), zoom, 2.0);
+        let middle = shown.min + vec2(0.25, 0.75) * shown.size();
+        assert!((middle - area.center()).length() <= 0.5, "{middle:?}");
+    }
 }

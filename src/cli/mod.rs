@@ -43,7 +43,7 @@ fn run(cli: Cli) -> anyhow::Result<()> {
 #[cfg(feature = "app")]
 fn window(cli: Cli) -> anyhow::Result<()> {
     let Cli { scene, adapter, screenshot, command: _ } = cli;
-    defocus::app::run(defocus::app::AppOptions { scene, adapter, screenshot, settings: None })
+    defocus::app::run(defocus::app::AppOptions { scene, adapter, screenshot, ..Default::default() })
 }
 
 #[cfg(not(feature = "app"))]

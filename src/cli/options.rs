@@ -3,7 +3,7 @@
 use clap::{Args, ValueEnum};
 use defocus::aperture::Aperture;
 use defocus::display::{Display, ToneMap};
-use glam::{UVec2, uvec2};
+use glam::{DQuat, DVec3, UVec2, uvec2};
 use std::path::PathBuf;
 
 /// What to look at.
@@ -84,6 +84,9 @@ pub struct ViewOptions {
     /// The scene's camera, by number from 0 or by name
     #[arg(long, value_name = "N|NAME", default_value = "0")]
     pub camera: String,
+    /// Where the camera stands, metres, and its orientation as a quaternion, in place of the scene's
+    #[arg(long, value_name = "X,Y,Z,QX,QY,QZ,QW", value_parser = parse_pose, allow_hyphen_values = true)]
+    pub pose: Option<Pose>,
     /// Size of the image, px; an image with depth is shrunk to fit [default: 1024x768, or 768 high in the
     /// camera's own aspect ratio]
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
@@ -175,6 +178,15 @@ pub struct Range {
     pub far_m: f64,
 }
 
+/// Where a camera stands and how it is turned.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pose {
+    /// Metres, world space.
+    pub position: DVec3,
+    /// From view space to world space, normalised.
+    pub orientation: DQuat,
+}
+
 /// Where the field of view comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FieldOfView {
@@ -221,6 +233,20 @@ fn parse_fov(text: &str) -> Result<FieldOfView, String> {
         "display" => Ok(FieldOfView::Display),
         _ => text.parse().map(FieldOfView::Degrees).map_err(|_| "give camera, display or degrees, such as 40".into()),
     }
+}
+
+fn parse_pose(text: &str) -> Result<Pose, String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    let [x, y, z, qx, qy, qz, qw] = numbers[..] else {
+        return Err("give a position and a quaternion, such as 0,1.5,4,0,0,0,1".into());
+    };
+    let (position, orientation) = (DVec3::new(x, y, z), DQuat::from_xyzw(qx, qy, qz, qw));
+    if !position.is_finite() || !(orientation.is_finite() && orientation.length() > 1e-6) {
+        return Err("give finite numbers and a quaternion that is not 0".into());
+    }
+    // One that is a rotation already keeps its bits: a copied command draws the same picture.
+    let orientation = if orientation.is_normalized() { orientation } else { orientation.normalize() };
+    Ok(Pose { position, orientation })
 }
 
 fn parse_overscan(text: &str) -> Result<Overscan, String> {

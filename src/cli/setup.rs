@@ -2,6 +2,7 @@
 
 use super::options::{DepthKindName, FieldOfView, LensOptions, Overscan, SceneOptions, ShadingName, ViewOptions};
 use anyhow::{Context, ensure};
+use defocus::camera::Camera;
 use defocus::gpu::Gpu;
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
@@ -50,6 +51,12 @@ impl Setup {
         let uploaded = source.upload(&gpu, surfaces);
         let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));
         let mut view = uploaded.view(camera, size, 0, fov_y(options.view.fov, &parts, size))?;
+        if let Some(pose) = options.view.pose {
+            let camera = view.camera().copied().context(
+                "--pose moves the camera of a scene, and an image with depth has none: leave out --pose",
+            )?;
+            view.set_camera(Camera { position: pose.position, orientation: pose.orientation, ..camera });
+        }
         let depth = view.depth_m(&gpu);
         let lens = focused_and_open(options.lens, parts, &depth, source.focus_hint_m())?;
         let overscan = match options.view.overscan {

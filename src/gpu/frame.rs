@@ -112,6 +112,11 @@ impl<'g> Frame<'g> {
         self.exposed.is_some()
     }
 
+    /// What was exposed since [`Frame::keep_intermediates`]; from now on nothing is kept.
+    pub fn take_intermediates(&mut self) -> Vec<(String, Texture)> {
+        self.exposed.take().unwrap_or_default()
+    }
+
     /// Offers an intermediate texture to whoever wants to look at it; free if no one does.
     pub fn expose(&mut self, name: impl Into<String>, texture: &Texture) {
         if let Some(exposed) = &mut self.exposed {
@@ -261,6 +266,13 @@ macro_rules! binders {
         /// Binds one mipmap level of a texture, to be read or (storage) written.
         pub fn level(mut self, name: &'static str, texture: &Texture, level: u32) -> Self {
             self.bound.push((name, Resource::View(texture.level_view(level).clone())));
+            self
+        }
+
+        /// Binds one mipmap level of one array layer as a plain texture, to be read or
+        /// (storage) written.
+        pub fn slice(mut self, name: &'static str, texture: &Texture, level: u32, layer: u32) -> Self {
+            self.bound.push((name, Resource::View(texture.slice_view(level, layer))));
             self
         }
 

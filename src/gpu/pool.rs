@@ -121,6 +121,18 @@ impl Texture {
         &views[level as usize]
     }
 
+    /// A plain 2D view of one level of one array layer. Panics if there is none such.
+    pub fn slice_view(&self, level: u32, layer: u32) -> wgpu::TextureView {
+        self.0.texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2),
+            base_mip_level: level,
+            mip_level_count: Some(1),
+            base_array_layer: layer,
+            array_layer_count: Some(1),
+            ..Default::default()
+        })
+    }
+
     /// Whether two handles mean the same texture.
     pub fn same(&self, other: &Self) -> bool {
         Arc::ptr_eq(&self.0, &other.0)

@@ -28,7 +28,7 @@ const DEFAULT_MEAN_COC_PER_HEIGHT: f64 = 1.0 / 96.0;
 const DEFAULT_MAX_COC_PER_HEIGHT: f64 = 1.0 / 12.0;
 
 /// How to read an image with depth; without meaning for scenes.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthArgs {
     /// The depth file; `None` where the image carries its own depth.
     pub file: Option<PathBuf>,

@@ -1,7 +1,7 @@
 //! What the numbers in a depth file mean.
 
 /// The encoding of a depth file. Depth is along the optical axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthEncoding {
     /// From number to metres.
     pub kind: DepthKind,
@@ -11,7 +11,7 @@ pub struct DepthEncoding {
 
 /// From number to metres. `v` is the number divided by its full scale: by 255 or 65535 in
 /// files of 8 or 16 bits, by 1 in float files.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub enum DepthKind {
     /// `d = number * per_unit`: the number itself, not `v`.
     Metres {

@@ -1,0 +1,306 @@
+//! Asking for a file: a field for its name, which works on every machine, with the
+//! system's own dialog behind a button.
+
+use super::document::{Document, PaneId};
+use super::files::PictureKind;
+use super::state;
+use super::widgets::{self, Real, choice};
+use crate::scene::rgbd::{DepthEncoding, DepthKind};
+use crate::study::DepthArgs;
+use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+/// Images that bring no depth of their own.
+const WITHOUT_DEPTH: [&str; 4] = ["png", "jpg", "jpeg", "hdr"];
+
+/// What a file is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// To be opened.
+    Open,
+    /// For the state.
+    State,
+    /// For a pane's picture.
+    Picture(PaneId, PictureKind),
+    /// For the comparison of all panes.
+    Report,
+}
+
+impl Purpose {
+    fn title(&self) -> &'static str {
+        match self {
+            Self::Open => "Open a scene, an image with depth, or a saved state",
+            Self::State => "Save the state",
+            Self::Picture(..) => "Save the picture",
+            Self::Report => "Save the comparison as one HTML file",
+        }
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        match self {
+            Self::Open => &["glb", "gltf", "exr", "png", "jpg", "jpeg", "hdr", "ron"],
+            Self::State => &[state::EXTENSION],
+            Self::Picture(_, PictureKind::Png) => &["png"],
+            Self::Picture(_, PictureKind::Exr) => &["exr"],
+            Self::Report => &["html"],
+        }
+    }
+}
+
+/// A file that was named.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// What for.
+    pub purpose: Purpose,
+    /// The file.
+    pub file: PathBuf,
+    /// Of an image to be opened: where its depth comes from.
+    pub depth: DepthArgs,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Field {
+    File,
+    Depth,
+}
+
+struct Asking {
+    purpose: Purpose,
+    file: String,
+    depth_file: String,
+    encoding: DepthEncoding,
+    browsing: Option<(Field, Receiver<Option<PathBuf>>)>,
+    fresh: bool,
+}
+
+/// The dialog, if one is open.
+#[derive(Default)]
+pub struct Dialogs {
+    asking: Option<Asking>,
+    folder: PathBuf,
+}
+
+impl Dialogs {
+    /// Asks for something to open.
+    pub fn open(&mut self, ctx: &Context) {
+        self.ask(ctx, Purpose::Open, String::new());
+    }
+
+    /// Asks where to keep the state.
+    pub fn save_state(&mut self, ctx: &Context, document: &Document) {
+        self.ask(ctx, Purpose::State, format!("{}.{}", stem(document), state::EXTENSION));
+    }
+
+    /// Asks where to save a pane's picture.
+    pub fn save_picture(&mut self, ctx: &Context, document: &Document, id: PaneId, kind: PictureKind) {
+        let method = document.pane(id).map_or("picture", |p| p.method.id.as_str());
+        let name = format!("{}-{method}.{}", stem(document), kind.extension());
+        self.ask(ctx, Purpose::Picture(id, kind), name);
+    }
+
+    /// Asks where to save the comparison.
+    pub fn save_report(&mut self, ctx: &Context, document: &Document) {
+        self.ask(ctx, Purpose::Report, format!("{}.html", stem(document)));
+    }
+
+    /// Asks for the depth of an image that has none.
+    pub fn open_with_depth(&mut self, ctx: &Context, image: &Path) {
+        self.ask(ctx, Purpose::Open, image.to_string_lossy().into_owned());
+    }
+
+    fn ask(&mut self, ctx: &Context, purpose: Purpose, name: String) {
+        let file = if name.is_empty() { name } else { self.folder.join(name).to_string_lossy().into_owned() };
+        let encoding = DepthEncoding::METRES;
+        self.asking =
+            Some(Asking { purpose, file, depth_file: String::new(), encoding, browsing: None, fresh: true });
+        ctx.request_repaint();
+    }
+
+    /// Shows the dialog; the answer once it is given.
+    pub fn show(&mut self, ctx: &Context) -> Option<Answer> {
+        let asking = self.asking.as_mut()?;
+        asking.take_browsed();
+        let mut done = None;
+        let modal = Modal::new(Id::unique("file dialog")).show(ctx, |ui| {
+            ui.set_width(520.0);
+            ui.label(RichText::new(asking.purpose.title()).strong());
+            ui.add_space(6.0);
+            done = asking.ui(ui);
+        });
+        let answered = match done {
+            Some(true) => Some(asking.answer()),
+            Some(false) => None,
+            None if modal.should_close() => None,
+            None => return None,
+        };
+        self.asking = None;
+        if let Some(folder) = answered.as_ref().and_then(|a| a.file.parent()) {
+            self.folder = folder.to_owned();
+        }
+        answered
+    }
+}
+
+impl Asking {
+    /// The fields; `Some(true)` when confirmed, `Some(false)` when given up.
+    fn ui(&mut self, ui: &mut Ui) -> Option<bool> {
+        let entered = self.file_row(ui, Field::File);
+        let missing = self.missing();
+        if self.needs_depth() {
+            self.file_row(ui, Field::Depth);
+            self.encoding_rows(ui);
+        }
+        let note = missing.clone().unwrap_or_else(|| self.note());
+        ui.label(RichText::new(note).small().weak());
+        ui.add_space(6.0);
+        let mut done = None;
+        ui.horizontal(|ui| {
+            let name = if self.purpose == Purpose::Open { "Open" } else { "Save" };
+            if ui.add_enabled(missing.is_none(), egui::Button::new(name)).clicked() {
+                done = Some(true);
+            }
+            if ui.button("Cancel").clicked() {
+                done = Some(false);
+            }
+        });
+        if entered && missing.is_none() { Some(true) } else { done }
+    }
+
+    fn file_row(&mut self, ui: &mut Ui, field: Field) -> bool {
+        let (name, text) = match field {
+            Field::File => ("File", &mut self.file),
+            Field::Depth => ("Depth file", &mut self.depth_file),
+        };
+        let fresh = field == Field::File && std::mem::take(&mut self.fresh);
+        let mut browse = false;
+        let edit = widgets::row(ui, name, "", |ui| {
+            let width = ui.available_width() - 90.0;
+            let edit = ui.add(TextEdit::singleline(text).desired_width(width));
+            browse = ui.button("Browse…").clicked();
+            edit
+        });
+        if fresh {
+            edit.request_focus();
+        }
+        if browse {
+            self.browse(ui.ctx(), field);
+        }
+        edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter))
+    }
+
+    fn encoding_rows(&mut self, ui: &mut Ui) {
+        let kind = &mut self.encoding.kind;
+        let mut chosen = match kind {
+            DepthKind::Metres { .. } => 0,
+            DepthKind::Inverse { .. } => 1,
+            DepthKind::Device { .. } => 2,
+        };
+        let help = "Metres along the optical axis; disparity, greater is nearer; or a depth buffer, 0 is near.";
+        if choice(ui, "Numbers are", help, &mut chosen, &["metres", "inverse", "device"]) {
+            let (near_m, far_m) = (0.5, 20.0);
+            *kind = match chosen {
+                0 => DepthKind::Metres { per_unit: 1.0 },
+                1 => DepthKind::Inverse { near_m, far_m },
+                _ => DepthKind::Device { near_m, far_m },
+            };
+        }
+        let row = |name, help, unit, log| Real { name, help, unit, range: log..=1000.0, log: Some(log) };
+        match kind {
+            DepthKind::Metres { per_unit } => {
+                row("Metres a unit", "0.001 for millimetres.", " m", 1e-4).show(ui, per_unit);
+            }
+            DepthKind::Inverse { near_m, far_m } | DepthKind::Device { near_m, far_m } => {
+                row("Nearest", "Depth of the nearest number.", " m", 0.01).show(ui, near_m);
+                row("Farthest", "Depth of the farthest number; may be infinite.", " m", 0.01).show(ui, far_m);
+            }
+        }
+    }
+
+    fn needs_depth(&self) -> bool {
+        let extension = Path::new(&self.file).extension().map(|e| e.to_string_lossy().to_lowercase());
+        self.purpose == Purpose::Open && extension.is_some_and(|e| WITHOUT_DEPTH.contains(&e.as_str()))
+    }
+
+    /// What is still missing, in words.
+    fn missing(&self) -> Option<String> {
+        if self.file.trim().is_empty() {
+            return Some("Type the name of a file, or browse for one.".into());
+        }
+        if self.needs_depth() && self.depth_file.trim().is_empty() {
+            return Some("This image has no depth of its own: name a file that has.".into());
+        }
+        if self.needs_depth() {
+            return self.encoding.check().err().map(|e| e.to_string());
+        }
+        None
+    }
+
+    fn note(&self) -> String {
+        if self.purpose == Purpose::Open {
+            return "Press Enter to open it.".into();
+        }
+        if Path::new(&self.file).exists() { "The file is there already: it will be replaced." } else { "A new file." }
+            .into()
+    }
+
+    fn answer(&self) -> Answer {
+        let mut file = PathBuf::from(self.file.trim());
+        if self.purpose != Purpose::Open && file.extension().is_none() {
+            file.set_extension(self.purpose.extensions()[0]);
+        }
+        let depth_file = PathBuf::from(self.depth_file.trim());
+        let depth = match self.needs_depth() {
+            true => DepthArgs { file: Some(depth_file), encoding: self.encoding },
+            false => DepthArgs::default(),
+        };
+        Answer { purpose: self.purpose.clone(), file, depth }
+    }
+
+    /// Shows the system's dialog; its answer arrives later.
+    fn browse(&mut self, ctx: &Context, field: Field) {
+        if self.browsing.is_some() {
+            return;
+        }
+        let (sender, receiver) = channel();
+        let (extensions, title) = match field {
+            Field::File => (self.purpose.extensions(), self.purpose.title()),
+            Field::Depth => (&["png", "exr"][..], "Depth of the image"),
+        };
+        // Made here: some systems want dialogs to come from the main thread.
+        let dialog = rfd::AsyncFileDialog::new().set_title(title).add_filter("Files", extensions);
+        let saving = field == Field::File && self.purpose != Purpose::Open;
+        let ctx = ctx.clone();
+        let future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>> =
+            if saving { Box::pin(dialog.save_file()) } else { Box::pin(dialog.pick_file()) };
+        std::thread::spawn(move || {
+            let file = pollster::block_on(future);
+            // Nobody listens any more where the dialog was closed meanwhile.
+            let _ = sender.send(file.map(|file| file.path().to_owned()));
+            ctx.request_repaint();
+        });
+        self.browsing = Some((field, receiver));
+    }
+
+    fn take_browsed(&mut self) {
+        let Some((field, receiver)) = &self.browsing else { return };
+        let file = match receiver.try_recv() {
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => None,
+            Ok(file) => file,
+        };
+        if let Some(file) = file {
+            let text = file.to_string_lossy().into_owned();
+            match field {
+                Field::File => self.file = text,
+                Field::Depth => self.depth_file = text,
+            }
+        }
+        self.browsing = None;
+    }
+}
+
+fn stem(document: &Document) -> String {
+    let stem = Path::new(&document.scene).file_stem();
+    stem.map_or_else(|| "defocus".into(), |stem| stem.to_string_lossy().into_owned())
+}

@@ -1,0 +1,311 @@
+//! One pane's pictures: the method's own, and what is seen of it.
+
+use super::figures::{Judged, Pair};
+use super::request::{Development, Exposure, Request, looks_inside};
+use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
+use crate::gpu::{Frame, Texture};
+use crate::lens::Lens;
+use crate::methods::{self, AccumulationRun, IN_FOCUS_COC_PX, Method, Value};
+use crate::present::{self, DifferenceOf, Map, Overlay, Slice};
+use crate::view::View;
+use std::time::Instant;
+
+/// Lens points from which on a converging reference is worth comparing with.
+const LEAST_SAMPLES: u32 = 8;
+
+/// What the engine has of a pane.
+pub struct Pane {
+    pub(super) state: PaneState,
+    /// What the picture was made for; `None` while it has to be made.
+    pub(super) made_for: Option<Exposure>,
+    pub(super) linear: Option<Texture>,
+    /// Changes with every new picture and is never the same for two.
+    pub(super) revision: u64,
+    pub(super) run: Option<Progressive>,
+    /// The last picture that is worth measuring.
+    pub(super) milestone: Option<Milestone>,
+    pub(super) exposed: Vec<(String, Texture)>,
+    shown: Option<Texture>,
+    shown_for: Option<ShownFor>,
+    range: Option<[f32; 2]>,
+    pub(super) error: Option<String>,
+    pub(super) ms: Option<f64>,
+    pub(super) made_at: Instant,
+    pub(super) judged: Judged,
+}
+
+/// A run with its goal.
+pub(super) struct Progressive {
+    pub run: AccumulationRun,
+    pub samples: u32,
+}
+
+/// A picture that is worth measuring.
+#[derive(Clone)]
+pub(super) struct Milestone {
+    pub texture: Texture,
+    pub revision: u64,
+    /// Lens points, of a reference.
+    pub samples: Option<u32>,
+}
+
+/// What a shown texture was made from.
+#[derive(Clone, PartialEq)]
+struct ShownFor {
+    show: Show,
+    development: Development,
+    revision: u64,
+    other: Option<u64>,
+    map: Option<Pair>,
+}
+
+impl Pane {
+    pub(super) fn new(state: &PaneState) -> Self {
+        Self {
+            state: state.clone(),
+            made_for: None,
+            linear: None,
+            revision: 0,
+            run: None,
+            milestone: None,
+            exposed: Vec::new(),
+            shown: None,
+            shown_for: None,
+            range: None,
+            error: None,
+            ms: None,
+            made_at: Instant::now(),
+            judged: Judged::default(),
+        }
+    }
+
+    /// Takes over a changed state; the picture stays until there is another.
+    pub(super) fn follow(&mut self, state: &PaneState) {
+        let inside_before = looks_inside(&self.state);
+        if self.state.method != state.method || (looks_inside(state) && !inside_before) {
+            self.made_for = None;
+        }
+        if inside_before && !looks_inside(state) {
+            self.exposed.clear();
+        }
+        self.state = state.clone();
+    }
+
+    /// Display values, once there are some.
+    pub fn shown(&self) -> Option<&Texture> {
+        self.shown.as_ref()
+    }
+
+    /// Why there is no picture.
+    pub fn error(&self) -> Option<&str> {
+        self.error.as_deref()
+    }
+
+    /// GPU time of the method's last frame, ms; of a reference, of one lens point.
+    pub fn ms(&self) -> Option<f64> {
+        self.ms
+    }
+
+    /// Lens points that a reference has and will have.
+    pub fn progress(&self) -> Option<(u32, u32)> {
+        self.run.as_ref().map(|p| (p.run.count(), p.samples))
+    }
+
+    /// What differs from the truth, if that was measured.
+    pub fn figures(&self) -> &Judged {
+        &self.judged
+    }
+
+    /// Names, levels and layers of what the method exposes; empty unless asked for.
+    pub fn exposed(&self) -> impl Iterator<Item = (&str, &Texture)> {
+        self.exposed.iter().map(|(name, texture)| (name.as_str(), texture))
+    }
+
+    /// The exposed texture that `inside` names, or the first.
+    pub fn exposed_as(&self, inside: &Inside) -> Option<(&str, &Texture)> {
+        let named = self.exposed.iter().find(|(name, _)| *name == inside.name);
+        named.or(self.exposed.first()).map(|(name, texture)| (name.as_str(), texture))
+    }
+
+    /// Least and greatest value on the colour scale of a channel.
+    pub fn range(&self) -> Option<[f32; 2]> {
+        self.range
+    }
+
+    pub(super) fn is_converging(&self) -> bool {
+        self.error.is_none() && self.run.as_ref().is_some_and(|p| p.run.count() < p.samples)
+    }
+
+    /// Makes the picture anew.
+    pub(super) fn restart(&mut self, exposure: &Exposure) {
+        self.made_for = Some(exposure.clone());
+        self.made_at = Instant::now();
+        self.run = None;
+        self.error = None;
+        self.milestone = None;
+    }
+
+    /// Records the picture, or `views` more lens points of it.
+    pub(super) fn record(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &mut View,
+        lens: &Lens,
+        views: u32,
+        revision: u64,
+    ) -> Result<(), String> {
+        self.revision = revision;
+        if self.run.is_none() {
+            let mut method = self.state.method.build()?;
+            match progressive(method.as_mut(), frame, view, lens) {
+                Some(progressive) => self.run = Some(progressive),
+                None => {
+                    let linear = methods::record(method.as_ref(), frame, view, lens).map_err(|e| e.to_string())?;
+                    self.milestone = Some(Milestone { texture: linear.clone(), revision, samples: None });
+                    self.linear = Some(linear);
+                    return Ok(());
+                }
+            }
+        }
+        let Some(Progressive { run, samples }) = &mut self.run else { return Ok(()) };
+        frame.set_prefix("accumulation/");
+        run.advance(frame, view, lens, views.min(*samples - run.count())).map_err(|e| e.to_string())?;
+        let (count, mean) = (run.count(), run.mean(frame));
+        if count == *samples || (count >= LEAST_SAMPLES && passed_power_of_two(self.milestone.as_ref(), count)) {
+            self.milestone = Some(Milestone { texture: mean.clone(), revision, samples: Some(count) });
+        }
+        self.linear = Some(mean);
+        Ok(())
+    }
+
+    fn wanted(&self, request: &Request, other: Option<&Milestone>) -> ShownFor {
+        ShownFor {
+            show: self.state.show.clone(),
+            development: request.development,
+            revision: self.revision,
+            other: other.map(|o| o.revision),
+            map: self.judged.map_pair(),
+        }
+    }
+
+    /// Whether what is seen is out of date.
+    pub(super) fn wants_presenting(&self, request: &Request, other: Option<&Milestone>) -> bool {
+        self.linear.is_some() && self.shown_for.as_ref() != Some(&self.wanted(request, other))
+    }
+
+    /// Brings what is seen up to date. `other` is the picture that a difference is taken
+    /// from.
+    pub(super) fn present(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &mut View,
+        request: &Request,
+        other: Option<&Milestone>,
+    ) {
+        if !self.wants_presenting(request, other) {
+            return;
+        }
+        let Some(linear) = self.linear.clone() else { return };
+        let wanted = self.wanted(request, other);
+        frame.set_prefix("present/");
+        let Development { display, acceptable_coc_px, coc_scale_px } = request.development;
+        // The lens of the picture, not the one asked for meanwhile: they belong together.
+        let lens = self.made_for.as_ref().map_or(&request.exposure.lens, |e| &e.lens).clone();
+        let mut overlay = |overlay| {
+            // While the size changes, a pane waits for its new picture.
+            (linear.size() == view.size()).then(|| present::overlay(frame, view, &linear, &lens, &display, overlay))
+        };
+        let shown = match self.state.show.clone() {
+            Show::Picture => Some(present::picture(frame, &linear, &display)),
+            Show::Coc => overlay(Overlay::Coc { full_scale_px: coc_scale_px }),
+            Show::Depth => overlay(Overlay::Depth),
+            Show::Zone => overlay(Overlay::Zone { acceptable_px: acceptable_coc_px }),
+            Show::Difference(difference) => match of_kind(difference.kind) {
+                Some(of) => other
+                    .filter(|other| other.texture.size() == linear.size())
+                    .map(|other| present::difference(frame, &linear, &other.texture, &display, of)),
+                None => self.judged.map().map(|map| {
+                    let slice = Slice { texture: map, level: 0, layer: 0 };
+                    present::slice_channel(frame, slice, 0, Map::Error, [0.0, 1.0])
+                }),
+            },
+            Show::Inside(inside) => self.present_inside(frame, &inside, request),
+        };
+        if shown.is_some() {
+            self.shown = shown;
+        }
+        self.shown_for = Some(wanted);
+    }
+
+    fn present_inside(&mut self, frame: &mut Frame<'_>, inside: &Inside, request: &Request) -> Option<Texture> {
+        let (_, texture) = self.exposed_as(inside)?;
+        let texture = texture.clone();
+        let level = inside.level.min(texture.levels() - 1);
+        let layer = inside.layer.min(texture.layers() - 1);
+        let slice = Slice { texture: &texture, level, layer };
+        let one_channel = texture.format().components() == 1;
+        match inside.channel.index().or(one_channel.then_some(0)) {
+            None => {
+                self.range = None;
+                Some(present::slice_picture(frame, slice, &request.development.display))
+            }
+            Some(channel) => {
+                let range = present::slice_range(frame, slice, channel).unwrap_or([0.0, 1.0]);
+                self.range = Some(range);
+                Some(present::slice_channel(frame, slice, channel, Map::Sequential, range))
+            }
+        }
+    }
+
+    /// The picture that another pane's difference is taken from.
+    pub(super) fn to_compare(&self) -> Option<Milestone> {
+        self.linear.clone().map(|texture| Milestone { texture, revision: self.revision, samples: None })
+    }
+
+    /// The pane that a FLIP map is wanted against.
+    pub(super) fn wants_flip_against(&self) -> Option<PaneId> {
+        match self.state.show {
+            Show::Difference(difference) if difference.kind == DifferenceKind::Flip => Some(difference.against),
+            _ => None,
+        }
+    }
+
+    /// The method.
+    pub fn method(&self) -> &MethodChoice {
+        &self.state.method
+    }
+}
+
+fn of_kind(kind: DifferenceKind) -> Option<DifferenceOf> {
+    match kind {
+        DifferenceKind::Absolute => Some(DifferenceOf::Display),
+        DifferenceKind::Signed => Some(DifferenceOf::Signed),
+        DifferenceKind::Relative => Some(DifferenceOf::Relative),
+        DifferenceKind::Flip => None,
+    }
+}
+
+/// Whether a power of two lies between the last milestone and `count`.
+fn passed_power_of_two(last: Option<&Milestone>, count: u32) -> bool {
+    last.and_then(|m| m.samples).is_none_or(|before| before.ilog2() < count.ilog2())
+}
+
+/// A run for the method that converges over many frames, where there is blur to converge.
+fn progressive(method: &mut dyn Method, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Option<Progressive> {
+    if method.about().id != "accumulation" || !view.is_scene() {
+        return None;
+    }
+    let [low, high] = view.coc_bounds_px(frame, lens);
+    if low.abs().max(high.abs()) < IN_FOCUS_COC_PX {
+        return None;
+    }
+    let (mut samples, mut view_dependent) = (1, false);
+    for param in method.params() {
+        match (param.key, param.value) {
+            ("samples", Value::Int { value, .. }) => samples = *value,
+            ("view_dependent", Value::Switch(on)) => view_dependent = *on,
+            _ => {}
+        }
+    }
+    Some(Progressive { run: AccumulationRun::new(view_dependent), samples: samples.max(1) })
+}

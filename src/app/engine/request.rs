@@ -1,0 +1,97 @@
+//! What the engine is asked for.
+
+use crate::app::document::{Document, MethodChoice, PaneId, PaneState, Show};
+use crate::camera::Camera;
+use crate::display::Display;
+use crate::lens::Lens;
+use glam::UVec2;
+
+/// Everything that a picture depends on, the method aside.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exposure {
+    /// Where the scene is seen from; ignored for an image.
+    pub camera: Option<Camera>,
+    /// Size to render, px.
+    pub size: UVec2,
+    /// Margin around it, px.
+    pub overscan_px: u32,
+    /// The lens, its density scaled with the size.
+    pub lens: Lens,
+}
+
+/// How pictures are turned into what is seen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Development {
+    /// Exposure and tone map.
+    pub display: Display,
+    /// |c| up to which a point counts as sharp, px at this size.
+    pub acceptable_coc_px: f32,
+    /// |c| at the ends of the CoC's colour map, px at this size.
+    pub coc_scale_px: f32,
+}
+
+/// Everything that the shown textures depend on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Request {
+    /// What is pictured, and how.
+    pub exposure: Exposure,
+    /// How it is shown.
+    pub development: Development,
+    /// The panes.
+    pub panes: Vec<PaneState>,
+    /// Those on the screen.
+    pub visible: Vec<PaneId>,
+    /// The one that shows the truth, if one does.
+    pub reference: Option<PaneId>,
+    /// The one that is brought up to date first, where not all can be at once.
+    pub first: PaneId,
+}
+
+impl Request {
+    /// What `document` asks for in a picture of `size` px drawn `scale` times as large.
+    /// Lengths in pixels shrink with the picture: the blur covers the same part of it.
+    pub fn new(document: &Document, size: UVec2, scale: f64, first: PaneId) -> Self {
+        let lens = document.lens.clone();
+        let mut panes = document.panes.clone();
+        let mut reference = document.reference();
+        if reference.is_none() && document.measure {
+            panes.push(PaneState::new(PaneId::HIDDEN, MethodChoice::reference()));
+            reference = Some(PaneId::HIDDEN);
+        }
+        Self {
+            exposure: Exposure {
+                camera: document.camera,
+                size: (size.as_dvec2() * scale).round().as_uvec2().max(UVec2::ONE),
+                overscan_px: (f64::from(document.overscan_px) * scale).round() as u32,
+                lens: Lens { density_px_per_mm: lens.density_px_per_mm * scale, ..lens },
+            },
+            development: Development {
+                display: document.display,
+                acceptable_coc_px: document.acceptable_coc_px * scale as f32,
+                coc_scale_px: document.coc_scale_px * scale as f32,
+            },
+            panes,
+            visible: document.visible(),
+            reference,
+            first,
+        }
+    }
+
+    /// The pane of that number.
+    pub(super) fn pane(&self, id: PaneId) -> Option<&PaneState> {
+        self.panes.iter().find(|p| p.id == id)
+    }
+
+    /// The panes that have to be rendered: those on the screen, those they are compared
+    /// with, and the truth.
+    pub(super) fn needed(&self) -> Vec<PaneId> {
+        let against = self.visible.iter().filter_map(|id| self.pane(*id)?.show.against());
+        let wanted: Vec<PaneId> = self.visible.iter().copied().chain(against).chain(self.reference).collect();
+        self.panes.iter().map(|p| p.id).filter(|id| wanted.contains(id)).collect()
+    }
+}
+
+/// Whether a pane wants to look inside its method.
+pub(super) fn looks_inside(pane: &PaneState) -> bool {
+    matches!(pane.show, Show::Inside(_))
+}

@@ -1,0 +1,129 @@
+//! What a pane shows of its method.
+
+use super::document::PaneId;
+
+/// What a pane shows.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub enum Show {
+    /// The method's picture.
+    #[default]
+    Picture,
+    /// The signed CoC.
+    Coc,
+    /// Depth.
+    Depth,
+    /// Which part is sharp.
+    Zone,
+    /// How it differs from another pane.
+    Difference(Difference),
+    /// A texture from inside the method.
+    Inside(Inside),
+}
+
+impl Show {
+    /// Names of all, in the order of the list.
+    pub const NAMES: [&'static str; 6] =
+        ["Picture", "Circle of confusion", "Depth", "Depth of field", "Difference", "Inside the method"];
+
+    /// Place in the list.
+    pub fn index(&self) -> usize {
+        match self {
+            Self::Picture => 0,
+            Self::Coc => 1,
+            Self::Depth => 2,
+            Self::Zone => 3,
+            Self::Difference(_) => 4,
+            Self::Inside(_) => 5,
+        }
+    }
+
+    /// The entry of that place for a pane that can be compared with `other`; `None` for a
+    /// difference where there is no other.
+    pub fn of_index(index: usize, other: Option<PaneId>) -> Option<Self> {
+        Some(match index {
+            1 => Self::Coc,
+            2 => Self::Depth,
+            3 => Self::Zone,
+            4 => Self::Difference(Difference { against: other?, kind: DifferenceKind::Absolute }),
+            5 => Self::Inside(Inside::default()),
+            _ => Self::Picture,
+        })
+    }
+
+    /// The pane it compares with.
+    pub fn against(&self) -> Option<PaneId> {
+        match self {
+            Self::Difference(difference) => Some(difference.against),
+            _ => None,
+        }
+    }
+}
+
+/// A difference from another pane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Difference {
+    /// The other pane.
+    pub against: PaneId,
+    /// Which difference.
+    pub kind: DifferenceKind,
+}
+
+/// Ways to look at a difference, each with one fixed colour scale.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum DifferenceKind {
+    /// |a - b| of the display values, the greatest channel.
+    #[default]
+    Absolute,
+    /// a - b of the display values, mean of the channels.
+    Signed,
+    /// |a - b| over b of the linear values, the greatest channel.
+    Relative,
+    /// Andersson et al. 2020.
+    Flip,
+}
+
+impl DifferenceKind {
+    /// All, with their names.
+    pub const ALL: [(Self, &'static str); 4] =
+        [(Self::Absolute, "absolute"), (Self::Signed, "signed"), (Self::Relative, "relative"), (Self::Flip, "FLIP")];
+}
+
+/// A texture from inside a method.
+#[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Inside {
+    /// The name under which the method exposes it; the first where there is none of it.
+    pub name: String,
+    /// Mipmap level.
+    pub level: u32,
+    /// Array layer.
+    pub layer: u32,
+    /// Which channels.
+    pub channel: Channel,
+}
+
+/// Channels of a texture.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Channel {
+    /// As a picture: red, green and blue.
+    #[default]
+    Color,
+    /// The first, on a colour scale.
+    Red,
+    /// The second.
+    Green,
+    /// The third.
+    Blue,
+    /// The fourth.
+    Alpha,
+}
+
+impl Channel {
+    /// All, with their names.
+    pub const ALL: [(Self, &'static str); 5] =
+        [(Self::Color, "RGB"), (Self::Red, "R"), (Self::Green, "G"), (Self::Blue, "B"), (Self::Alpha, "A")];
+
+    /// Place of the one channel, from 0; `None` for all three.
+    pub fn index(self) -> Option<u32> {
+        Self::ALL.iter().position(|(c, _)| *c == self).and_then(|i| (i as u32).checked_sub(1))
+    }
+}

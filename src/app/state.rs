@@ -1,0 +1,168 @@
+//! The state as a file that reopens exactly, and as a command line.
+
+use super::document::{Document, PaneState};
+use crate::image_io::write_atomically;
+use crate::scene::rgbd::DepthKind;
+use crate::study::DepthArgs;
+use glam::UVec2;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+
+/// What a state's file name ends with.
+pub const EXTENSION: &str = "ron";
+
+/// Format of the files; a later program reads earlier ones.
+const FORMAT: u32 = 1;
+
+/// A file's content.
+#[derive(serde::Serialize, serde::Deserialize)]
+struct Saved {
+    defocus_state: u32,
+    document: Document,
+}
+
+/// Why a state cannot be read or kept.
+#[derive(Debug, thiserror::Error)]
+pub enum StateError {
+    /// The file cannot be opened or read.
+    #[error("{}: cannot read it: {source}; check that the file exists and may be read", file.display())]
+    Unreadable {
+        /// The file.
+        file: PathBuf,
+        /// The system's reason.
+        source: std::io::Error,
+    },
+    /// It is not a state.
+    #[error("{}: is not a saved state ({cause}); choose one that this program saved", file.display())]
+    Damaged {
+        /// The file.
+        file: PathBuf,
+        /// Where and why.
+        cause: String,
+    },
+    /// A later program's.
+    #[error("{}: was saved by a later version of this program (format {format}); update defocus", file.display())]
+    TooNew {
+        /// The file.
+        file: PathBuf,
+        /// Its format.
+        format: u32,
+    },
+    /// It cannot be written.
+    #[error("{}: cannot write it: {cause}; check that its folder exists and may be written", file.display())]
+    Unwritable {
+        /// The file.
+        file: PathBuf,
+        /// The reason.
+        cause: String,
+    },
+}
+
+/// Whether this names a state rather than a scene.
+pub fn is_state(spec: &str) -> bool {
+    Path::new(spec).extension().is_some_and(|e| e.eq_ignore_ascii_case(EXTENSION))
+}
+
+/// Reads a state.
+///
+/// # Errors
+///
+/// The file, the cause and the remedy.
+pub fn read(file: &Path) -> Result<Document, StateError> {
+    let text = std::fs::read_to_string(file).map_err(|source| StateError::Unreadable { file: file.into(), source })?;
+    let saved: Saved =
+        ron::from_str(&text).map_err(|e| StateError::Damaged { file: file.into(), cause: e.to_string() })?;
+    if saved.defocus_state > FORMAT {
+        return Err(StateError::TooNew { file: file.into(), format: saved.defocus_state });
+    }
+    Ok(saved.document.repaired())
+}
+
+/// Keeps a state.
+///
+/// # Errors
+///
+/// The file, the cause and the remedy.
+pub fn write(file: &Path, document: &Document) -> Result<(), StateError> {
+    let failed = |cause: String| StateError::Unwritable { file: file.into(), cause };
+    let saved = Saved { defocus_state: FORMAT, document: document.clone() };
+    let text = ron::ser::to_string_pretty(&saved, Default::default()).map_err(|e| failed(e.to_string()))?;
+    write_atomically(file, |out| writeln!(out, "{text}")).map_err(|e| failed(e.to_string()))
+}
+
+/// The command that makes the picture of `document`, `size` px large: `defocus render` for
+/// one pane, `defocus compare` for several.
+pub fn command_line(document: &Document, size: UVec2) -> String {
+    let mut words: Vec<String> = vec!["defocus".into()];
+    let methods: Vec<&PaneState> = distinct(document);
+    words.push(if methods.len() > 1 { "compare" } else { "render" }.into());
+    words.push(document.scene.clone());
+    depth_words(&document.depth, &mut words);
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    let lens = &document.lens;
+    option("-E", lens.aperture_diameter_mm.to_string());
+    option("-F", lens.focal_length_mm.to_string());
+    option("--dr", lens.image_distance_mm.to_string());
+    option("--ds", lens.screen_distance_mm.to_string());
+    option("--dpi", lens.density_px_per_mm.to_string());
+    option("--focus", lens.focus_distance_m.to_string());
+    option("--aperture", lens.aperture.to_string());
+    option("--size", format!("{}x{}", size.x, size.y));
+    if let Some(camera) = &document.camera {
+        let (p, q) = (camera.position, camera.orientation);
+        option("--pose", format!("{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w));
+        option("--overscan", document.overscan_px.to_string());
+        if document.camera_index > 0 {
+            option("--camera", document.camera_index.to_string());
+        }
+    }
+    let ids: Vec<&str> = methods.iter().map(|p| p.method.id.as_str()).collect();
+    option(if methods.len() > 1 { "--methods" } else { "--method" }, ids.join(","));
+    for pane in &methods {
+        for (key, value) in &pane.method.params {
+            option("--set", format!("{}.{key}={value}", pane.method.id));
+        }
+    }
+    if document.display.exposure_ev != 0.0 {
+        option("--exposure", document.display.exposure_ev.to_string());
+    }
+    if document.display.tone_map != Default::default() {
+        option("--tonemap", document.display.tone_map.to_string());
+    }
+    option("-o", if methods.len() > 1 { "out".into() } else { "out.png".into() });
+    words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// The panes, of several with one method the first; the reference comes by itself.
+fn distinct(document: &Document) -> Vec<&PaneState> {
+    let mut found: Vec<&PaneState> = Vec::new();
+    for pane in &document.panes {
+        let is_reference = pane.method.id == "accumulation" && document.panes.len() > 1;
+        if !is_reference && found.iter().all(|p| p.method.id != pane.method.id) {
+            found.push(pane);
+        }
+    }
+    if found.is_empty() { vec![&document.panes[0]] } else { found }
+}
+
+fn depth_words(depth: &DepthArgs, words: &mut Vec<String>) {
+    let Some(file) = &depth.file else { return };
+    words.extend(["--depth".into(), file.to_string_lossy().into_owned()]);
+    let range = |kind: &str, near: f64, far: f64| {
+        ["--depth-kind".into(), kind.into(), "--depth-range".into(), format!("{near},{far}")]
+    };
+    match depth.encoding.kind {
+        DepthKind::Metres { per_unit } => words.extend(["--depth-scale".into(), per_unit.to_string()]),
+        DepthKind::Inverse { near_m, far_m } => words.extend(range("inverse", near_m, far_m)),
+        DepthKind::Device { near_m, far_m, .. } => words.extend(range("device", near_m, far_m)),
+    }
+    if let Some(unknown) = depth.encoding.unknown {
+        words.extend(["--depth-unknown".into(), unknown.to_string()]);
+    }
+}
+
+fn quoted(word: String) -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    let is_plain = !word.is_empty() && word.chars().all(plain);
+    if is_plain { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
+}
