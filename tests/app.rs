@@ -282,8 +282,7 @@ fn a_window_shrunk_to_nothing_survives() {
 
 #[test]
 fn main_window_looks_as_it_did() {
-    let mut window =
-        window([1280.0, 800.0], Document::of_methods([MethodChoice::new("pinhole")]));
+    let mut window = window([1280.0, 800.0], Document::of_methods([MethodChoice::new("pinhole")]));
     // Times and the adapter's name differ from run to run and from machine to machine.
     window.mask(egui::Rect::from_min_max(pos2(300.0, 604.0), pos2(1000.0, 640.0)));
     window.mask(egui::Rect::from_min_max(pos2(676.0, 330.0), pos2(1000.0, 604.0)));

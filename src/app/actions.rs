@@ -152,7 +152,8 @@ impl App {
             command("Reload shaders on save".into(), Action::WatchShaders),
         ];
         let arrangements = Arrangement::ALL.iter();
-        commands.extend(arrangements.map(|(to, name, _)| command(format!("Arrangement: {name}"), Action::Arrange(*to))));
+        commands
+            .extend(arrangements.map(|(to, name, _)| command(format!("Arrangement: {name}"), Action::Arrange(*to))));
         let zooms = [1.0, 2.0, 4.0, 8.0, 16.0];
         commands.extend(zooms.map(|zoom| command(format!("Zoom {}00 %", zoom as u32), Action::ZoomTo(zoom))));
         let shows = Show::NAMES.iter().enumerate();

@@ -112,8 +112,7 @@ impl Dialogs {
     fn ask(&mut self, ctx: &Context, purpose: Purpose, name: String) {
         let file = if name.is_empty() { name } else { self.folder.join(name).to_string_lossy().into_owned() };
         let encoding = DepthEncoding::METRES;
-        self.asking =
-            Some(Asking { purpose, file, depth_file: String::new(), encoding, browsing: None, fresh: true });
+        self.asking = Some(Asking { purpose, file, depth_file: String::new(), encoding, browsing: None, fresh: true });
         ctx.request_repaint();
     }
 

@@ -192,7 +192,13 @@ impl App {
             _ => (Color32::TRANSPARENT, visuals.text_color()),
         };
         ui.painter().rect_filled(rect, CornerRadius::same(4), fill);
-        let slot = if is_a { "A" } else if is_b { "B" } else { "" };
+        let slot = if is_a {
+            "A"
+        } else if is_b {
+            "B"
+        } else {
+            ""
+        };
         let number = self.document.index_of(id).map_or(id.0, |i| i as u32 + 1);
         let text_of = if slot.is_empty() { number.to_string() } else { format!("{number}{slot}") };
         let font = egui::FontId::proportional(11.5);
@@ -276,9 +282,10 @@ impl App {
             return (format!("reference · {count} of {samples} lens points"), help.into());
         }
         match pane.figures().last() {
-            None if self.document.reference().is_none() && !self.document.measure => {
-                ("no reference".into(), "Press Figures to measure, or give a pane the method Accumulation buffer".into())
-            }
+            None if self.document.reference().is_none() && !self.document.measure => (
+                "no reference".into(),
+                "Press Figures to measure, or give a pane the method Accumulation buffer".into(),
+            ),
             None => ("measuring …".into(), "As soon as the picture rests".into()),
             Some(Err(problem)) => (problem.clone(), problem.clone()),
             Some(Ok(figures)) => {
@@ -288,7 +295,8 @@ impl App {
                 };
                 let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
                 let samples = figures.samples.map_or_else(String::new, |n| format!(" · at {n} points"));
-                let help = "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
+                let help =
+                    "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
                 (format!("{psnr}{ssim} · FLIP {:.3}{samples}", figures.flip), help.into())
             }
         }
@@ -315,7 +323,12 @@ fn has_details(show: &Show) -> bool {
     matches!(show, Show::Difference(_) | Show::Inside(_))
 }
 
-fn row_ui<R>(ui: &mut Ui, rect: Rect, salt: impl std::hash::Hash + std::fmt::Debug, add: impl FnOnce(&mut Ui) -> R) -> R {
+fn row_ui<R>(
+    ui: &mut Ui,
+    rect: Rect,
+    salt: impl std::hash::Hash + std::fmt::Debug,
+    add: impl FnOnce(&mut Ui) -> R,
+) -> R {
     let inner = rect.shrink2(vec2(style::PANE_MARGIN, 0.0));
     let builder = UiBuilder::new().id_salt(salt).max_rect(inner).layout(Layout::left_to_right(Align::Center));
     let mut row = ui.new_child(builder);

@@ -56,8 +56,7 @@ pub fn write(
         }
     };
     let display = document.display;
-    let request =
-        CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, warmup: 1, runs: RUNS };
+    let request = CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, warmup: 1, runs: RUNS };
     let comparison = compare(gpu, &mut view, &request, progress).map_err(|e| said(&e))?;
     let coc = lens.coc_statistics(view.depth_m(gpu).pixels.iter().copied());
     let cameras = source.source().cameras();

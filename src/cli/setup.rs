@@ -52,9 +52,10 @@ impl Setup {
         let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));
         let mut view = uploaded.view(camera, size, 0, fov_y(options.view.fov, &parts, size))?;
         if let Some(pose) = options.view.pose {
-            let camera = view.camera().copied().context(
-                "--pose moves the camera of a scene, and an image with depth has none: leave out --pose",
-            )?;
+            let camera = view
+                .camera()
+                .copied()
+                .context("--pose moves the camera of a scene, and an image with depth has none: leave out --pose")?;
             view.set_camera(Camera { position: pose.position, orientation: pose.orientation, ..camera });
         }
         let depth = view.depth_m(&gpu);
