@@ -241,7 +241,7 @@ fn parse_pose(text: &str) -> Result<Pose, String> {
         return Err("give a position and a quaternion, such as 0,1.5,4,0,0,0,1".into());
     };
     let (position, orientation) = (DVec3::new(x, y, z), DQuat::from_xyzw(qx, qy, qz, qw));
-    if !position.is_finite() || !(orientation.is_finite() && orientation.length() > 1e-6) {
+    if !(position.is_finite() && orientation.is_finite() && orientation.length() > 1e-6) {
         return Err("give finite numbers and a quaternion that is not 0".into());
     }
     // One that is a rotation already keeps its bits: a copied command draws the same picture.
