@@ -127,6 +127,14 @@ const DUBOIS: [Mat3; 2] = [
 ];
 
 impl Stereo {
+    /// The same with what a file or a typed number could have wrong put right.
+    pub fn repaired(self) -> Self {
+        let ipd_mm = if self.ipd_mm.is_nan() { MEAN_IPD_MM } else { self.ipd_mm.clamp(0.0, 1000.0) };
+        // Through a window nearer than this an eye sees none of what the other does.
+        let window_m = if self.window_m.is_nan() { f64::INFINITY } else { self.window_m.max(0.05) };
+        Self { ipd_mm, window_m, ..self }
+    }
+
     /// The left and the right eye's view, the middle between them being `camera`.
     pub fn eyes(&self, camera: &Camera) -> [Camera; 2] {
         let half_m = 0.5 * self.ipd_mm / crate::lens::MM_PER_M;

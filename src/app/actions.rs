@@ -2,11 +2,13 @@
 
 use super::document::{Arrangement, Inside, MethodChoice, PaneId, Show};
 use super::files::PictureKind;
+use super::panels::FocusMode;
 use super::panes::method_to_add;
 use super::preferences::Theme;
 use super::{App, state};
 use crate::presets::presets;
 use crate::scene::builtin;
+use crate::stereo::{Layout, Stereo};
 use crate::{lens::Lens, methods};
 use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
 
@@ -71,6 +73,10 @@ pub enum Action {
     SetLens(String),
     /// A lens that suits the scene.
     SuitLens,
+    /// What decides where the lens is focused.
+    SetFocusMode(FocusMode),
+    /// Two eyes' pictures shown this way; one eye without.
+    SetStereo(Option<Layout>),
     /// Light, dark, or as the system has it.
     SetTheme(Theme),
     /// Read shaders again whenever one is saved.
@@ -164,6 +170,11 @@ impl App {
         commands.extend(scenes.map(|name| command(format!("Scene: {name}"), Action::OpenNamed(name.into()))));
         let lenses = presets().into_iter();
         commands.extend(lenses.map(|p| command(format!("Lens: {}", p.title), Action::SetLens(p.name))));
+        let modes = FocusMode::ALL.iter();
+        commands.extend(modes.map(|(mode, name, _)| command(format!("Focus: {name}"), Action::SetFocusMode(*mode))));
+        let layouts = Layout::ALL.iter().map(|(layout, name)| (format!("Stereo: {name}"), Some(*layout)));
+        let layouts = layouts.chain([("Stereo: off".to_owned(), None)]);
+        commands.extend(layouts.map(|(name, layout)| command(name, Action::SetStereo(layout))));
         let recent = self.preferences.recent.iter().map(|file| file.to_string_lossy().into_owned());
         commands.extend(recent.map(|file| command(format!("Recent: {file}"), Action::OpenNamed(file))));
         let themes = [("as the system has it", Theme::System), ("light", Theme::Light), ("dark", Theme::Dark)];
@@ -201,6 +212,11 @@ impl App {
             Action::ResetCamera => self.choose_camera(self.document.camera_index),
             Action::SetLens(name) => self.set_lens(&name),
             Action::SuitLens => self.suit_lens(),
+            Action::SetFocusMode(mode) => self.document.focus.mode = mode,
+            Action::SetStereo(layout) => {
+                let known = self.document.stereo.unwrap_or_default();
+                self.document.stereo = layout.map(|layout| Stereo { layout, ..known });
+            }
             action => self.change_panes(action),
         }
     }

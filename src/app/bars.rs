@@ -3,6 +3,7 @@
 use super::actions::Action;
 use super::document::Arrangement;
 use super::files::PictureKind;
+use super::panels::refresh_text;
 use super::preferences::Theme;
 use super::widgets::{combo, significant};
 use super::{App, MAX_PANES};
@@ -189,6 +190,11 @@ impl App {
                     let help =
                         format!("Depths with a circle of confusion up to {} px", self.document.acceptable_coc_px);
                     item(ui, "sharp", &range, &help);
+                }
+                if let Some(ms) = self.both_eyes_ms() {
+                    let each = significant(ms);
+                    let help = format!("Pane A's method takes {each} ms for the two eyes of a headset");
+                    item(ui, "two eyes", &refresh_text(ms), &help);
                 }
                 let stats = self.engine.stats();
                 let drawn = format!("{} triangles, {} passes", stats.triangles, stats.passes);

@@ -2,20 +2,13 @@
 
 use super::App;
 use super::document::{MethodChoice, Show};
+use super::panels::{LensChanges, LensReadings, VrReadings, focus_panel, vr_panel};
 use super::preferences::Navigation;
 use super::widgets::{self, Real, choice};
 use super::{style, timing};
-use crate::aperture::{Aperture, BLADES, DEFAULT_SIGMA_PER_COC, MAX_SIGMA_PER_COC};
+use crate::combine;
 use crate::display::ToneMap;
-use crate::lens::Lens;
-use crate::presets::{LensPreset, presets};
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui};
-
-/// First entry of the list of lenses.
-const AUTOMATIC: &str = "Suits the scene";
-
-/// Greatest mean CoC on the slider, px.
-const MAX_MEAN_COC_PX: f64 = 40.0;
 
 impl App {
     /// The panel on the right.
@@ -24,8 +17,11 @@ impl App {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 ui.add_space(4.0);
                 self.lens_group(ui);
+                self.focus_group(ui);
                 self.method_group(ui);
                 group(ui, "View", true, |ui| self.view_group(ui));
+                group(ui, "Inspector", false, |ui| self.inspector(ui));
+                self.vr_group(ui);
                 group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history));
                 ui.add_space(8.0);
             });
@@ -33,120 +29,61 @@ impl App {
     }
 
     fn lens_group(&mut self, ui: &mut Ui) {
+        let size_px = self.eye_size_px();
+        let is_scene = self.engine.source().is_some_and(|s| s.source().is_scene());
+        let fov_x = self.engine.view().map(|view| view.projection().fov_x());
+        let acceptable_px = f64::from(self.document.acceptable_coc_px);
+        let (lens, automatic) = (&mut self.document.lens, self.document.automatic_lens);
+        let (panel, own) = (&mut self.lens_panel, &mut self.preferences.own_lenses);
+        let depths_m = self.engine.depths_m(false);
+        let mut changes = LensChanges::default();
         group(ui, "Lens", true, |ui| {
-            self.preset(ui);
-            self.focus(ui);
-            self.mean_coc(ui);
-            let lens = &mut self.document.lens;
-            let mut set = false;
-            let mut row = |name, help, unit, range, log, value: &mut f64| {
-                set |= Real { name, help, unit, range, log }.show(ui, value);
-            };
-            row(
-                "Aperture E",
-                "Effective diameter of the aperture, the pupil; 0 is a pinhole.",
-                " mm",
-                0.0..=200.0,
-                Some(0.01),
-                &mut lens.aperture_diameter_mm,
-            );
-            row(
-                "Focal length F",
-                "Focal length of the lens. The focus distance must exceed it.",
-                " mm",
-                1.0..=300.0,
-                Some(1.0),
-                &mut lens.focal_length_mm,
-            );
-            row(
-                "Image at dr",
-                "Distance from the lens to the image plane: the retina, the sensor.",
-                " mm",
-                1.0..=300.0,
-                Some(1.0),
-                &mut lens.image_distance_mm,
-            );
-            row(
-                "Screen at ds",
-                "Distance from the lens to the screen on which the image is shown.",
-                " mm",
-                10.0..=10_000.0,
-                Some(10.0),
-                &mut lens.screen_distance_mm,
-            );
-            row(
-                "Screen DPI",
-                "Pixel density of that screen.",
-                " px/mm",
-                0.01..=100.0,
-                Some(0.01),
-                &mut lens.density_px_per_mm,
-            );
-            if set {
+            let readings = LensReadings { depths_m, acceptable_px, size_px, fov_x, has_camera: is_scene };
+            changes = panel.show(ui, lens, automatic, own, readings);
+        });
+        self.take_lens_changes(ui, changes);
+    }
+
+    fn take_lens_changes(&mut self, ui: &Ui, changes: LensChanges) {
+        if changes.lens {
+            self.document.automatic_lens = false;
+        }
+        if changes.focus {
+            self.focus_motion.stop();
+        }
+        if changes.suit_scene {
+            self.suit_lens();
+        }
+        if changes.wants_aperture_image {
+            self.dialogs.open_aperture(ui.ctx());
+        }
+        let size_px = self.eye_size_px();
+        if let (Some(fov_x), Some(camera)) = (changes.camera_fov_x, &mut self.document.camera) {
+            *camera = camera.with_fov_x(size_px, fov_x);
+        }
+    }
+
+    fn focus_group(&mut self, ui: &mut Ui) {
+        let anchored = self.focus_motion.is_anchored();
+        let before = self.document.focus.mode;
+        group(ui, "Focus", true, |ui| focus_panel(ui, &mut self.document.focus, anchored));
+        if self.document.focus.mode != before {
+            self.focus_motion.stop();
+        }
+    }
+
+    fn vr_group(&mut self, ui: &mut Ui) {
+        let readings = VrReadings {
+            is_scene: self.engine.source().is_some_and(|s| s.source().is_scene()),
+            focal_px: self.engine.view().map(|view| view.projection().focal_px),
+            focus_m: self.document.lens.focus_distance_m,
+        };
+        group(ui, "Stereo and headsets", false, |ui| {
+            if let Some(lens) = vr_panel(ui, &mut self.document.stereo, &self.document.lens, readings) {
+                self.document.lens = lens;
                 self.document.automatic_lens = false;
             }
-            aperture(ui, &mut self.document.lens.aperture);
         });
-    }
-
-    fn preset(&mut self, ui: &mut Ui) {
-        let presets = presets();
-        let mut names = vec![AUTOMATIC];
-        names.extend(presets.iter().map(|p| p.name.as_str()));
-        let lens = &self.document.lens;
-        let matching = presets.iter().position(|p| same_but_focus(&p.lens, lens)).map(|i| i + 1);
-        let before = if self.document.automatic_lens { 0 } else { matching.unwrap_or(names.len()) };
-        if before == names.len() {
-            names.push("Own");
-        }
-        let mut chosen = before;
-        let help = matching.and_then(|i| presets.get(i - 1)).map_or("Lenses with known numbers.", |p| p.title.as_str());
-        choice(ui, "Preset", help, &mut chosen, &names);
-        if chosen == before {
-            return;
-        }
-        if chosen == 0 {
-            self.suit_lens();
-        } else if let Some(LensPreset { lens, .. }) = presets.get(chosen - 1) {
-            let focus_distance_m = self.document.lens.focus_distance_m;
-            let aperture = self.document.lens.aperture.clone();
-            self.document.lens = Lens { focus_distance_m, aperture, ..lens.clone() };
-            self.document.automatic_lens = false;
-        }
-    }
-
-    fn focus(&mut self, ui: &mut Ui) {
-        let slider = Real {
-            name: "Focus distance",
-            help: "Distance of what is sharp. Or click it in the picture.",
-            unit: " m",
-            range: 0.05..=f64::INFINITY,
-            log: Some(0.05),
-        };
-        if slider.show(ui, &mut self.document.lens.focus_distance_m) {
-            self.viewport.stop_focusing();
-        }
-    }
-
-    /// The papers' control variable: sets E.
-    fn mean_coc(&mut self, ui: &mut Ui) {
-        let Some(depths) = self.engine.depths_m(false) else { return };
-        let lens = &self.document.lens;
-        let Some(statistics) = lens.coc_statistics(depths.iter().copied()) else { return };
-        let mut mean_px = statistics.mean_px;
-        let slider = Real {
-            name: "Mean blur",
-            help: "Mean diameter of the circle of confusion over the picture: sets E.",
-            unit: " px",
-            range: 0.0..=MAX_MEAN_COC_PX,
-            log: None,
-        };
-        if slider.show(ui, &mut mean_px)
-            && let Some(scaled) = lens.with_mean_coc(mean_px.max(0.0), depths.iter().copied())
-        {
-            self.document.lens = scaled;
-            self.document.automatic_lens = false;
-        }
     }
 
     /// The parameters of pane A's method.
@@ -196,6 +133,11 @@ impl App {
         if choice(ui, "Tone map", "How bright light is brought into the display's range.", &mut tone_map, &names) {
             document.display.tone_map = ToneMap::ALL[tone_map];
         }
+        let names = combine::Channel::ALL.map(|(_, name)| name);
+        let mut channel = combine::Channel::ALL.iter().position(|(c, _)| *c == document.channel).unwrap_or(0);
+        if choice(ui, "Channel", "Which channels of pictures are shown, each as grey.", &mut channel, &names) {
+            document.channel = combine::Channel::ALL[channel].0;
+        }
         let px = |name, help, range, log| Real { name, help, unit: " px", range, log };
         let mut acceptable = f64::from(document.acceptable_coc_px);
         let help = "Greatest circle of confusion that counts as sharp: decides where the depth of field ends.";
@@ -225,58 +167,7 @@ impl App {
     }
 }
 
-fn same_but_focus(preset: &Lens, lens: &Lens) -> bool {
-    let focus_distance_m = lens.focus_distance_m;
-    *lens == Lens { focus_distance_m, aperture: lens.aperture.clone(), ..preset.clone() }
-}
-
-fn aperture(ui: &mut Ui, aperture: &mut Aperture) {
-    let mut kind = match aperture {
-        Aperture::Disc => 0,
-        Aperture::Polygon { .. } => 1,
-        Aperture::Gaussian { .. } => 2,
-        Aperture::Image(_) => 3,
-    };
-    let names = ["Disc", "Polygon", "Gaussian", "Image"];
-    // An image is opened from the command line; it can be left here, and kept.
-    let names = if kind == 3 { &names[..] } else { &names[..3] };
-    if choice(ui, "Aperture", "Shape of the aperture: that of an out-of-focus highlight.", &mut kind, names) {
-        *aperture = match kind {
-            0 => Aperture::Disc,
-            1 => Aperture::Polygon { blades: 6, rotation_deg: 0.0, roundness: 0.0 },
-            _ => Aperture::Gaussian { sigma_per_coc: DEFAULT_SIGMA_PER_COC },
-        };
-    }
-    match aperture {
-        Aperture::Polygon { blades, rotation_deg, roundness } => {
-            widgets::row(ui, "Blades", "Corners of the aperture.", |ui| {
-                widgets::fit_slider(ui);
-                ui.add(egui::Slider::new(blades, BLADES))
-            });
-            let help = "Clockwise in the picture; at 0 a corner points up.";
-            let mut typed = *rotation_deg;
-            if (Real { name: "Rotation", help, unit: "°", range: 0.0..=360.0, log: None }).show(ui, &mut typed) {
-                *rotation_deg = typed.clamp(-360.0, 360.0);
-            }
-            let help = "0 has straight edges, 1 is a disc.";
-            let mut typed = *roundness;
-            if (Real { name: "Roundness", help, unit: "", range: 0.0..=1.0, log: None }).show(ui, &mut typed) {
-                *roundness = typed.clamp(0.0, 1.0);
-            }
-        }
-        Aperture::Gaussian { sigma_per_coc } => {
-            let help = "Standard deviation over the diameter of the circle of confusion.";
-            let mut typed = *sigma_per_coc;
-            let slider = Real { name: "Sigma per CoC", help, unit: "", range: 0.05..=MAX_SIGMA_PER_COC, log: None };
-            if slider.show(ui, &mut typed) {
-                *sigma_per_coc = typed.clamp(0.01, MAX_SIGMA_PER_COC);
-            }
-        }
-        Aperture::Disc | Aperture::Image(_) => {}
-    }
-}
-
-fn group(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui)) {
+fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) -> R) {
     let id = title.split(':').next().unwrap_or(title).to_owned();
     CollapsingHeader::new(RichText::new(title).strong()).id_salt(id).default_open(open).show_unindented(ui, |ui| {
         ui.add_space(2.0);

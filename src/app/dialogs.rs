@@ -25,6 +25,8 @@ pub enum Purpose {
     Picture(PaneId, PictureKind),
     /// For the comparison of all panes.
     Report,
+    /// To be the lens's aperture.
+    Aperture,
 }
 
 impl Purpose {
@@ -34,6 +36,7 @@ impl Purpose {
             Self::State => "Save the state",
             Self::Picture(..) => "Save the picture",
             Self::Report => "Save the comparison as one HTML file",
+            Self::Aperture => "An image whose brightness is the aperture's",
         }
     }
 
@@ -44,7 +47,13 @@ impl Purpose {
             Self::Picture(_, PictureKind::Png) => &["png"],
             Self::Picture(_, PictureKind::Exr) => &["exr"],
             Self::Report => &["html"],
+            Self::Aperture => &["png", "jpg", "jpeg", "hdr"],
         }
+    }
+
+    /// Whether the file is there already, to be read.
+    fn reads(&self) -> bool {
+        matches!(self, Self::Open | Self::Aperture)
     }
 }
 
@@ -104,6 +113,11 @@ impl Dialogs {
         self.ask(ctx, Purpose::Report, format!("{}.html", stem(document)));
     }
 
+    /// Asks for an image to be the aperture.
+    pub fn open_aperture(&mut self, ctx: &Context) {
+        self.ask(ctx, Purpose::Aperture, String::new());
+    }
+
     /// Asks for the depth of an image that has none.
     pub fn open_with_depth(&mut self, ctx: &Context, image: &Path) {
         self.ask(ctx, Purpose::Open, image.to_string_lossy().into_owned());
@@ -155,7 +169,7 @@ impl Asking {
         ui.add_space(6.0);
         let mut done = None;
         ui.horizontal(|ui| {
-            let name = if self.purpose == Purpose::Open { "Open" } else { "Save" };
+            let name = if self.purpose.reads() { "Open" } else { "Save" };
             if ui.add_enabled(missing.is_none(), egui::Button::new(name)).clicked() {
                 done = Some(true);
             }
@@ -236,7 +250,7 @@ impl Asking {
     }
 
     fn note(&self) -> String {
-        if self.purpose == Purpose::Open {
+        if self.purpose.reads() {
             return "Press Enter to open it.".into();
         }
         if Path::new(&self.file).exists() { "The file is there already: it will be replaced." } else { "A new file." }
@@ -245,7 +259,7 @@ impl Asking {
 
     fn answer(&self) -> Answer {
         let mut file = PathBuf::from(self.file.trim());
-        if self.purpose != Purpose::Open && file.extension().is_none() {
+        if !self.purpose.reads() && file.extension().is_none() {
             file.set_extension(self.purpose.extensions()[0]);
         }
         let depth_file = PathBuf::from(self.depth_file.trim());
@@ -268,7 +282,7 @@ impl Asking {
         };
         // Made here: some systems want dialogs to come from the main thread.
         let dialog = rfd::AsyncFileDialog::new().set_title(title).add_filter("Files", extensions);
-        let saving = field == Field::File && self.purpose != Purpose::Open;
+        let saving = field == Field::File && !self.purpose.reads();
         let ctx = ctx.clone();
         let future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>> =
             if saving { Box::pin(dialog.save_file()) } else { Box::pin(dialog.pick_file()) };

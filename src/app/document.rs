@@ -3,11 +3,14 @@
 //! What belongs to the person and not to the picture is in [`super::Preferences`];
 //! everything else the window has is computed from the two and can be thrown away.
 
+use super::panels::FocusSettings;
 use super::panes::PaneTree;
 use crate::camera::Camera;
+use crate::combine;
 use crate::display::Display;
 use crate::lens::Lens;
 use crate::methods::{self, Method};
+use crate::stereo::Stereo;
 use crate::study::DepthArgs;
 use std::collections::BTreeMap;
 
@@ -34,6 +37,10 @@ pub struct Document {
     pub pivot_m: f64,
     /// The lens.
     pub lens: Lens,
+    /// What decides where it is focused.
+    pub focus: FocusSettings,
+    /// How two eyes see the scene; one sees it without.
+    pub stereo: Option<Stereo>,
     /// Whether E, F, dr, ds and DPI follow each newly opened scene, which is so until the
     /// user sets one of them.
     pub automatic_lens: bool,
@@ -57,6 +64,8 @@ pub struct Document {
     pub measure: bool,
     /// Exposure and tone map.
     pub display: Display,
+    /// Which channels of pictures are shown.
+    pub channel: combine::Channel,
     /// |c| up to which a point counts as sharp, px.
     pub acceptable_coc_px: f32,
     /// |c| at the ends of the CoC's colour map, px.
@@ -74,6 +83,8 @@ impl Default for Document {
             camera: None,
             pivot_m: 1.0,
             lens: Lens::PINHOLE,
+            focus: FocusSettings::default(),
+            stereo: None,
             automatic_lens: true,
             panes: vec![PaneState::new(PaneId(1), MethodChoice::new("mipmap"))],
             arrangement: Arrangement::Tiles,
@@ -84,6 +95,7 @@ impl Default for Document {
             zoom: Zoom::default(),
             measure: false,
             display: Display::default(),
+            channel: combine::Channel::All,
             acceptable_coc_px: 2.0,
             coc_scale_px: 32.0,
             overscan_px: 32,
@@ -114,6 +126,8 @@ impl Document {
         }
         self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
         self.zoom = self.zoom.repaired();
+        self.focus = self.focus.repaired();
+        self.stereo = self.stereo.map(Stereo::repaired);
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
         self.coc_scale_px = positive_or(self.coc_scale_px, Self::default().coc_scale_px);
         self.mend_references();

@@ -4,10 +4,12 @@ use super::dialogs::{Answer, Purpose};
 use super::document::{Document, PaneId};
 use super::tasks::Task;
 use super::{App, report, state};
+use crate::aperture::{Aperture, ApertureImage};
 use crate::gpu::download_rgba8;
 use crate::image_io;
 use eframe::egui::{ColorImage, Context};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 /// Ways to keep a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -42,7 +44,7 @@ impl App {
             Ok(document) => {
                 self.preferences.remember(file);
                 self.document = document;
-                self.viewport.stop_focusing();
+                self.focus_motion.stop();
             }
             Err(error) => self.messages.error(ctx, &error.to_string()),
         }
@@ -57,6 +59,7 @@ impl App {
             Purpose::Open => return self.loader.start(&name, &depth, true, self.engine.gpu(), ctx),
             Purpose::State => state::write(&file, &self.document).map_err(|e| e.to_string()),
             Purpose::Picture(id, kind) => self.save_picture(id, kind, &file),
+            Purpose::Aperture => return self.take_aperture(ctx, &file),
             Purpose::Report => {
                 self.start_report(ctx, file);
                 return;
@@ -73,11 +76,22 @@ impl App {
         }
     }
 
+    /// Gives the lens an image as its aperture.
+    fn take_aperture(&mut self, ctx: &Context, file: &Path) {
+        match ApertureImage::load(file) {
+            Ok(image) => {
+                self.document.lens.aperture = Aperture::Image(Arc::new(image));
+                self.document.automatic_lens = false;
+            }
+            Err(error) => self.messages.error(ctx, &error.to_string()),
+        }
+    }
+
     fn save_picture(&mut self, id: PaneId, kind: PictureKind, file: &Path) -> Result<(), String> {
         let none = || "there is no picture to save yet: wait for it, or choose another method".to_owned();
         match kind {
             PictureKind::Png => {
-                let shown = self.engine.pane(id).and_then(|p| p.shown()).ok_or_else(none)?;
+                let shown = self.shown(id).ok_or_else(none)?;
                 image_io::write_png(file, &download_rgba8(self.engine.gpu(), shown)).map_err(|e| e.to_string())
             }
             PictureKind::Exr => {
@@ -93,7 +107,7 @@ impl App {
 
     /// A pane's picture, as it is shown, to the clipboard.
     pub(super) fn copy_image(&mut self, ctx: &Context, id: PaneId) {
-        let Some(shown) = self.engine.pane(id).and_then(|p| p.shown()) else { return };
+        let Some(shown) = self.shown(id) else { return };
         let image = download_rgba8(self.engine.gpu(), shown);
         let size = [image.size.x as usize, image.size.y as usize];
         ctx.copy_image(ColorImage::from_rgba_unmultiplied(size, image.pixels.as_flattened()));
@@ -131,6 +145,7 @@ impl App {
         match loaded.result {
             Ok(source) => {
                 self.engine.set_source(source);
+                self.eyes.forget();
                 self.document.scene.clone_from(&loaded.spec);
                 self.document.depth.clone_from(&loaded.depth);
                 if Path::new(&loaded.spec).is_file() {

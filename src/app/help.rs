@@ -6,6 +6,8 @@ use eframe::egui::{Align2, Context, Grid, RichText, ScrollArea, Ui, Window, vec2
 /// What the mouse does, and keys that are held.
 const MOUSE: &[(&str, &str)] = &[
     ("Click", "Focus on what lies there"),
+    ("Alt-drag", "Focus follows the pointer"),
+    ("Ctrl-drag", "Open the aperture to the right, close it to the left"),
     ("Drag", "Orbit; turn on the spot while flying"),
     ("Right-drag, shift-drag", "Move across"),
     ("Scroll", "Nearer and farther"),

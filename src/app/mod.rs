@@ -29,8 +29,11 @@ mod controls;
 mod dialogs;
 mod document;
 mod engine;
+mod eyes;
 mod files;
+mod focusing;
 mod help;
+mod inspecting;
 mod legend;
 mod loading;
 mod messages;
@@ -117,6 +120,10 @@ pub struct App {
     render_state: RenderState,
     textures: BTreeMap<PaneId, Registered>,
     viewport: Viewport,
+    eyes: eyes::Eyes,
+    focus_motion: focusing::FocusMotion,
+    lens_panel: panels::LensPanel,
+    inspector: inspecting::Inspector,
     undoer: Undoer<Document>,
     loader: loading::Loader,
     /// What the engine's source was opened from.
@@ -232,6 +239,10 @@ impl App {
             render_state: render_state.clone(),
             textures: BTreeMap::new(),
             viewport: Viewport::default(),
+            eyes: Default::default(),
+            focus_motion: Default::default(),
+            lens_panel: Default::default(),
+            inspector: Default::default(),
             undoer: Undoer::with_settings(settings),
             loader: Default::default(),
             loaded: None,
@@ -293,6 +304,8 @@ impl App {
             && self.loader.loading().is_none()
             && self.task.is_none()
             && self.engine.wants_update_in().is_none()
+            && self.eyes.wants_update_in().is_none()
+            && !self.focus_motion.is_moving()
             && self.viewport.is_at_rest()
             && self.engine.source().is_some()
     }
@@ -356,9 +369,9 @@ impl App {
 
     /// Focus, and the rest of the lens where it is automatic, as the source asks for it.
     fn refocus(&mut self) {
-        let size = Some(self.viewport.size_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
+        let size = Some(self.eye_size_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
         let Ok(lens) = self.engine.default_lens(self.document.camera, size) else { return };
-        self.viewport.stop_focusing();
+        self.focus_motion.stop();
         self.document.pivot_m = lens.focus_distance_m;
         self.document.lens.focus_distance_m = lens.focus_distance_m;
         if self.document.automatic_lens {
@@ -398,7 +411,7 @@ impl App {
     fn restore(&mut self, document: Document) {
         let Document { zoom, divider, .. } = self.document;
         self.document = Document { zoom, divider, ..document };
-        self.viewport.stop_focusing();
+        self.focus_motion.stop();
     }
 
     fn show_task(&mut self, ctx: &egui::Context) {
@@ -433,17 +446,17 @@ impl App {
             }
         }
         for pane in &self.document.panes {
-            let Some(shown) = self.engine.pane(pane.id).and_then(|p| p.shown()) else { continue };
+            let Some(shown) = self.shown(pane.id).cloned() else { continue };
             let filter = self.viewport.filter();
             match self.textures.get_mut(&pane.id) {
-                Some(known) if known.texture.same(shown) && known.filter == filter => {}
+                Some(known) if known.texture.same(&shown) && known.filter == filter => {}
                 Some(known) => {
                     renderer.update_egui_texture_from_wgpu_texture(device, shown.view(), filter, known.id);
-                    (known.texture, known.filter) = (shown.clone(), filter);
+                    (known.texture, known.filter) = (shown, filter);
                 }
                 None => {
                     let id = renderer.register_native_texture(device, shown.view(), filter);
-                    self.textures.insert(pane.id, Registered { id, texture: shown.clone(), filter });
+                    self.textures.insert(pane.id, Registered { id, texture: shown, filter });
                     // It has an id to be painted by from the next frame on.
                     ctx.request_repaint();
                 }
@@ -453,7 +466,8 @@ impl App {
 
     /// Asks for another frame only where there is something to do in it.
     fn finish_frame(&mut self, ctx: &egui::Context) {
-        if let Some(pause) = self.engine.wants_update_in() {
+        let pauses = [self.engine.wants_update_in(), self.eyes.wants_update_in()];
+        if let Some(pause) = pauses.into_iter().flatten().min() {
             ctx.request_repaint_after(pause);
         }
         let ready = self.is_settled();

@@ -63,7 +63,7 @@ fn blinked(app: &App, id: PaneId) -> PaneId {
 fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     let painter = ui.painter_at(part);
     let engine_pane = app.engine.pane(id);
-    if let (Some(texture), Some(shown)) = (app.textures.get(&id), engine_pane.and_then(|p| p.shown())) {
+    if let (Some(texture), Some(shown)) = (app.textures.get(&id), app.shown(id)) {
         painter.image(texture.id, place_of(app, ui, part, picture, id, shown.size().as_vec2()), WHOLE, Color32::WHITE);
     }
     if let Some(error) = engine_pane.and_then(|p| p.error()) {
@@ -103,7 +103,8 @@ fn cursor(app: &App, ui: &Ui, area: Rect, picture: Rect, id: PaneId) {
         }
     }
     let pixel = picture.width() / size.x as f32;
-    if pixel >= FRAMED_FROM {
+    // Side by side, every pixel of an eye's picture is half as wide as its share.
+    if pixel >= FRAMED_FROM && !app.stereo().is_some_and(|s| s.layout.is_side_by_side()) {
         let texel = (at * size.as_dvec2()).floor() / size.as_dvec2();
         let frame = Rect::from_min_size(point(texel), vec2(pixel, pixel));
         painter.rect_stroke(frame, CornerRadius::ZERO, Stroke::new(3.0, Color32::BLACK), StrokeKind::Outside);
@@ -148,7 +149,7 @@ fn paint_legend(painter: &Painter, area: Rect, legend: &Legend) {
 
 /// Reticle, messages and hint of a pane.
 pub fn over(app: &App, ui: &Ui, area: Rect, id: PaneId) {
-    if let (Some(at), Some(picture)) = (app.viewport.focusing_at(), app.viewport.picture(id)) {
+    if let (Some(at), Some(picture)) = (app.focus_motion.clicked_at(), app.viewport.picture(id)) {
         let at = picture.min + vec2(at.x as f32, at.y as f32) * picture.size();
         reticle(&ui.painter_at(area), at);
     }

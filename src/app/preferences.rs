@@ -1,6 +1,7 @@
 //! What belongs to the person at the window and not to the picture in it: kept from one
 //! session to the next and left alone by undo.
 
+use crate::presets::LensPreset;
 use std::path::{Path, PathBuf};
 
 /// Files that are remembered.
@@ -16,6 +17,8 @@ pub struct Preferences {
     pub navigation: Navigation,
     /// Light, dark, or as the system has it.
     pub theme: Theme,
+    /// Lenses saved under a name.
+    pub own_lenses: Vec<LensPreset>,
     /// Files opened before, the last first.
     pub recent: Vec<PathBuf>,
     /// Whether the shaders are watched while the program runs from its source tree.
@@ -28,6 +31,7 @@ impl Default for Preferences {
             smooth_focus: true,
             navigation: Navigation::Orbit,
             theme: Theme::System,
+            own_lenses: Vec::new(),
             recent: Vec::new(),
             reload_shaders: false,
         }

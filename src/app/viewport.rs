@@ -4,16 +4,13 @@ use super::document::{Arrangement, Document, PaneId, Zoom};
 use super::engine::Request;
 use super::preferences::Navigation;
 use super::{App, navigation, paint};
+use crate::methods::MethodError;
 use eframe::egui::{
     CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use glam::{DVec2, DVec3, UVec2, dvec2, uvec2};
 use std::collections::BTreeMap;
 use std::time::Duration;
-
-/// How long focus takes to where one clicked, seconds: long enough to be seen, too short
-/// to wait for.
-const FOCUS_SECONDS: f64 = 0.25;
 
 /// A frame that takes longer, ms, makes the camera feel stuck: it is drawn smaller.
 const SLOW_FRAME_MS: f64 = 60.0;
@@ -48,19 +45,10 @@ pub struct Viewport {
     full_ms: f64,
     scale: f64,
     filter: wgpu::FilterMode,
-    focusing: Option<Focusing>,
     /// Whether the hint how to begin is still of use.
     pub(super) hint: bool,
     /// Why the picture is not up to date.
     problem: Option<String>,
-}
-
-/// Focus on its way, in dioptres: equal steps look equal.
-struct Focusing {
-    from_dpt: f64,
-    to_m: f64,
-    start_s: f64,
-    at: DVec2,
 }
 
 impl Default for Viewport {
@@ -76,7 +64,6 @@ impl Default for Viewport {
             full_ms: 0.0,
             scale: 1.0,
             filter: wgpu::FilterMode::Linear,
-            focusing: None,
             hint: true,
             problem: None,
         }
@@ -119,19 +106,9 @@ impl Viewport {
         self.filter
     }
 
-    /// Where one clicked to focus, in the picture, while the focus moves there.
-    pub fn focusing_at(&self) -> Option<DVec2> {
-        self.focusing.as_ref().map(|focusing| focusing.at)
-    }
-
-    /// Leaves the focus where it is.
-    pub fn stop_focusing(&mut self) {
-        self.focusing = None;
-    }
-
-    /// Whether nothing moves by itself and the picture has its full size.
+    /// Whether the picture has its full size.
     pub fn is_at_rest(&self) -> bool {
-        self.focusing.is_none() && self.scale >= 1.0
+        self.scale >= 1.0
     }
 
     /// Why the picture is not up to date.
@@ -201,8 +178,14 @@ impl App {
         response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, format!("Picture of pane {id}")));
         self.follow_pointer(&response, picture, id);
         self.magnify(ui, &response, area, picture);
-        self.navigate(ui, &response, now_s);
-        self.click_to_focus(&response, picture, now_s);
+        let pressed_at = response.interact_pointer_pos().filter(|at| picture.contains(*at));
+        let pressed_at = pressed_at.map(|at| within(picture, at));
+        if !self.drag_lens(ui, &response, pressed_at) {
+            self.navigate(ui, &response, now_s);
+        }
+        if let (true, Some(at)) = (response.clicked(), pressed_at) {
+            self.focus_on(at, now_s);
+        }
         if response.clicked() && self.document.arrangement == Arrangement::Tiles && self.document.a != id {
             self.perform(ui.ctx(), super::Action::ChooseA(id));
         }
@@ -283,35 +266,10 @@ impl App {
         }
     }
 
-    fn click_to_focus(&mut self, response: &Response, picture: Rect, now_s: f64) {
-        let Some(at) = response.interact_pointer_pos().filter(|at| response.clicked() && picture.contains(*at)) else {
-            return;
-        };
-        let at = within(picture, at);
-        let Some(to_m) = self.engine.depth_at_m(at) else { return };
-        self.viewport.hint = false;
-        let from_dpt = 1.0 / self.document.lens.focus_distance_m;
-        self.viewport.focusing = Some(Focusing { from_dpt, to_m, start_s: now_s, at });
-    }
-
-    fn move_focus(&mut self, ui: &Ui, now_s: f64) {
-        let Some(Focusing { from_dpt, to_m, start_s, .. }) = self.viewport.focusing else { return };
-        let smooth = self.preferences.smooth_focus;
-        let t = if smooth { ((now_s - start_s) / FOCUS_SECONDS).clamp(0.0, 1.0) } else { 1.0 };
-        let eased = t * t * (3.0 - 2.0 * t);
-        if t < 1.0 {
-            self.document.lens.focus_distance_m = 1.0 / (from_dpt + (1.0 / to_m - from_dpt) * eased);
-            ui.ctx().request_repaint();
-        } else {
-            self.document.lens.focus_distance_m = to_m;
-            self.viewport.focusing = None;
-        }
-    }
-
     /// Has the engine draw what the document asks for in the panes as they lie now.
     pub(super) fn update_engine(&mut self, ui: &Ui) {
         let now_s = ui.input(|i| i.time);
-        self.move_focus(ui, now_s);
+        self.move_focus(ui);
         let ctx = ui.ctx();
         let before = self.viewport.size_px;
         self.viewport.measure(ctx.pixels_per_point());
@@ -334,7 +292,7 @@ impl App {
         let mut request = Request::new(&self.document, self.viewport.size_px, self.viewport.scale, first);
         request.visible = self.visible_panes();
         self.viewport.filter = self.chosen_filter();
-        match self.engine.update(&request) {
+        match self.update_eyes(&mut request) {
             Ok(news) => {
                 self.viewport.problem = None;
                 if news {
@@ -350,6 +308,21 @@ impl App {
         } else {
             ctx.request_repaint_after(rest);
         }
+    }
+
+    /// Has one engine, or that of each eye, draw what is asked for; true if something was
+    /// rendered.
+    fn update_eyes(&mut self, request: &mut Request) -> Result<bool, MethodError> {
+        let (Some(stereo), Some(camera)) = (self.stereo(), request.exposure.camera) else {
+            self.eyes.forget();
+            return self.engine.update(request);
+        };
+        let [left, right] = stereo.eyes(&camera);
+        request.exposure.size = stereo.layout.eye_size(request.exposure.size);
+        request.exposure.camera = Some(left);
+        let news = self.engine.update(request)? | self.eyes.update(&self.engine, request, right)?;
+        self.eyes.combine(&self.engine, stereo.layout, &request.visible);
+        Ok(news)
     }
 
     /// The panes that were laid out, and the one that blinks.

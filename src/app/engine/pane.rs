@@ -3,6 +3,7 @@
 use super::figures::{Judged, Pair};
 use super::request::{Development, Exposure, Request, looks_inside};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
+use crate::combine;
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
 use crate::methods::{self, AccumulationRun, IN_FOCUS_COC_PX, Method, Value};
@@ -208,7 +209,7 @@ impl Pane {
         let Some(linear) = self.linear.clone() else { return };
         let wanted = self.wanted(request, other);
         frame.set_prefix("present/");
-        let Development { display, acceptable_coc_px, coc_scale_px } = request.development;
+        let Development { display, channel, acceptable_coc_px, coc_scale_px } = request.development;
         // The lens of the picture, not the one asked for meanwhile: they belong together.
         let lens = self.made_for.as_ref().map_or(&request.exposure.lens, |e| &e.lens).clone();
         let mut overlay = |overlay| {
@@ -216,7 +217,10 @@ impl Pane {
             (linear.size() == view.size()).then(|| present::overlay(frame, view, &linear, &lens, &display, overlay))
         };
         let shown = match self.state.show.clone() {
-            Show::Picture => Some(present::picture(frame, &linear, &display)),
+            Show::Picture => {
+                let picture = present::picture(frame, &linear, &display);
+                Some(combine::isolated(frame, &picture, channel))
+            }
             Show::Coc => overlay(Overlay::Coc { full_scale_px: coc_scale_px }),
             Show::Depth => overlay(Overlay::Depth),
             Show::Zone => overlay(Overlay::Zone { acceptable_px: acceptable_coc_px }),

@@ -2,6 +2,7 @@
 
 use crate::app::document::{Document, MethodChoice, PaneId, PaneState, Show};
 use crate::camera::Camera;
+use crate::combine::Channel;
 use crate::display::Display;
 use crate::lens::Lens;
 use glam::UVec2;
@@ -24,6 +25,8 @@ pub struct Exposure {
 pub struct Development {
     /// Exposure and tone map.
     pub display: Display,
+    /// Which channels of pictures are shown.
+    pub channel: Channel,
     /// |c| up to which a point counts as sharp, px at this size.
     pub acceptable_coc_px: f32,
     /// |c| at the ends of the CoC's colour map, px at this size.
@@ -67,6 +70,7 @@ impl Request {
             },
             development: Development {
                 display: document.display,
+                channel: document.channel,
                 acceptable_coc_px: document.acceptable_coc_px * scale as f32,
                 coc_scale_px: document.coc_scale_px * scale as f32,
             },

@@ -57,6 +57,18 @@ impl Default for FocusSettings {
 }
 
 impl FocusSettings {
+    /// Greatest radius of the area, px: a square of 513 px.
+    const GREATEST_RADIUS_PX: u32 = 256;
+
+    /// The same with what a file could have wrong put right.
+    pub fn repaired(self) -> Self {
+        let time_constant_s = match self.time_constant_s {
+            t if t.is_finite() => t.clamp(0.0, 60.0),
+            _ => ACCOMMODATION_SECONDS,
+        };
+        Self { time_constant_s, area_radius_px: self.area_radius_px.min(Self::GREATEST_RADIUS_PX), ..self }
+    }
+
     /// Radius, px, over which depths are taken: 0 where a single pixel decides.
     pub fn radius_px(&self) -> u32 {
         if self.mode == FocusMode::Point { 0 } else { self.area_radius_px }
@@ -117,7 +129,7 @@ pub fn focus_panel(ui: &mut Ui, settings: &mut FocusSettings, anchored: bool) ->
             reset: Some(9.0),
         };
         if field.show(ui, &mut side_px) {
-            settings.area_radius_px = (0.5 * (side_px.clamp(1.0, 513.0) - 1.0)).round() as u32;
+            settings.area_radius_px = (0.5 * (side_px.clamp(1.0, 1e4) - 1.0)).round() as u32;
         }
     }
     if mode.follows() {
@@ -130,7 +142,7 @@ pub fn focus_panel(ui: &mut Ui, settings: &mut FocusSettings, anchored: bool) ->
             reset: Some(ACCOMMODATION_SECONDS),
         };
         field.show(ui, &mut settings.time_constant_s);
-        settings.time_constant_s = settings.time_constant_s.clamp(0.0, 60.0);
     }
+    *settings = settings.repaired();
     *settings != before
 }

@@ -50,7 +50,6 @@ fn eyes(ui: &mut Ui, stereo: &mut Stereo, readings: VrReadings) {
         reset: Some(MEAN_IPD_MM),
     };
     ipd.show(ui, &mut stereo.ipd_mm);
-    stereo.ipd_mm = stereo.ipd_mm.clamp(0.0, 1000.0);
     let window = Field {
         name: "Window at",
         help: "Depth of the window that both eyes look through, each by its own asymmetric frustum: what lies there has no disparity. Infinite for a head-mounted display, ds for a screen.",
@@ -60,7 +59,7 @@ fn eyes(ui: &mut Ui, stereo: &mut Stereo, readings: VrReadings) {
         reset: Some(f64::INFINITY),
     };
     window.show(ui, &mut stereo.window_m);
-    stereo.window_m = stereo.window_m.max(0.01);
+    *stereo = stereo.repaired();
     if let Some(focal_px) = readings.focal_px {
         let disparity = stereo.disparity_px(focal_px, readings.focus_m);
         let text =

@@ -1,0 +1,71 @@
+//! What the inspector is told: values under the pointer, read back while it is open.
+
+use super::App;
+use super::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
+use crate::display::Display;
+use crate::focus::pixel;
+use crate::histogram::Histogram;
+use crate::image::ColorImage;
+use eframe::egui::Ui;
+use std::sync::Arc;
+
+/// Pixels around the one under the pointer, in each direction.
+const RADIUS_PX: u32 = 7;
+
+/// What was inspected last: it stays while the pointer is elsewhere.
+#[derive(Default)]
+pub struct Inspector {
+    last: Option<Inspection>,
+    histogram: Option<(Arc<ColorImage>, Display, Histogram)>,
+}
+
+impl App {
+    /// The inspector's panel.
+    pub(super) fn inspector(&mut self, ui: &mut Ui) {
+        self.inspect();
+        let inspector = &self.inspector;
+        let depths_m = self.engine.depths_m(false);
+        let (lens, display) = (&self.document.lens, &self.document.display);
+        let histogram = inspector.histogram.as_ref().map(|(.., histogram)| histogram);
+        inspector_panel(ui, inspector.last.as_ref(), lens, display, histogram, depths_m);
+    }
+
+    /// Reads what lies under the pointer, and counts the picture of pane A once it is done.
+    fn inspect(&mut self) {
+        // While pictures change, reading each of them back would hold up the next.
+        let at_rest = self.engine.wants_update_in().is_none_or(|pause| pause.as_millis() > 10);
+        if !at_rest {
+            return;
+        }
+        let (a, display) = (self.document.a, self.document.display);
+        if let Some(picture) = self.engine.color(a).filter(|p| p.size.min_element() > 0) {
+            let known = self.inspector.histogram.as_ref();
+            if known.is_none_or(|(of, shown, _)| !Arc::ptr_eq(of, &picture) || *shown != display) {
+                let histogram = image_histogram(&picture, &display);
+                self.inspector.histogram = Some((picture, display, histogram));
+            }
+        }
+        let Some(at) = self.viewport.cursor() else { return };
+        let ids: Vec<_> = self.document.visible();
+        let names = self.document.panes.iter().enumerate().filter(|(_, p)| ids.contains(&p.id));
+        let names: Vec<_> = names.map(|(i, p)| (p.id, format!("{} {}", i + 1, p.method.title()))).collect();
+        let hovered = self.viewport.hovered().unwrap_or(a);
+        let (engine, own) = self.eye_of(at);
+        let pictures: Vec<_> = names.into_iter().filter_map(|(id, name)| Some((id, name, engine.color(id)?))).collect();
+        let Some((.., picture)) = pictures.iter().find(|(id, ..)| *id == hovered).or(pictures.first()) else { return };
+        if picture.size.min_element() == 0 {
+            return;
+        }
+        let at_px = pixel(picture.size, own);
+        let Some(depth_m) = engine.depth_at_m(own) else { return };
+        let same_size = pictures.iter().filter(|(.., p)| p.size == picture.size);
+        self.inspector.last = Some(Inspection {
+            pixel: at_px,
+            depth_m,
+            panes: same_size
+                .map(|(_, name, p)| PaneValue { name: name.clone(), color: p.at(at_px.x, at_px.y) })
+                .collect(),
+            neighbourhood: neighbourhood(picture, at_px, RADIUS_PX),
+        });
+    }
+}
