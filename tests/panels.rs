@@ -8,7 +8,7 @@ use defocus::aperture::Aperture;
 use defocus::app::apply_style;
 use defocus::app::panels::{
     DistanceUnit, FocusMode, FocusSettings, Focusing, Inspection, LensChanges, LensPanel, LensReadings, PaneValue,
-    VrReadings, focus_panel, image_histogram, inspector_panel, neighbourhood, vr_panel,
+    VrReadings, aperture_panel, focus_panel, image_histogram, inspector_panel, neighbourhood, vr_panel,
 };
 use defocus::display::Display;
 use defocus::image::{ColorImage, Image};
@@ -76,6 +76,7 @@ struct Bench {
     own: Vec<LensPreset>,
     fov_x: f64,
     done: LensChanges,
+    wants_image: bool,
 }
 
 /// What was done over all frames.
@@ -83,7 +84,6 @@ fn add(done: &mut LensChanges, new: LensChanges) {
     done.lens |= new.lens;
     done.focus |= new.focus;
     done.suit_scene |= new.suit_scene;
-    done.wants_aperture_image |= new.wants_aperture_image;
     done.camera_fov_x = new.camera_fov_x.or(done.camera_fov_x);
 }
 
@@ -95,6 +95,7 @@ fn lens_bench(lens: Lens) -> Harness<'static, Bench> {
         own: Vec::new(),
         fov_x: 1.0,
         done: LensChanges::default(),
+        wants_image: false,
     };
     harness(bench, |ui, bench| {
         let readings = LensReadings {
@@ -106,6 +107,7 @@ fn lens_bench(lens: Lens) -> Harness<'static, Bench> {
         };
         let new = bench.panel.show(ui, &mut bench.lens, bench.automatic, &mut bench.own, readings);
         add(&mut bench.done, new);
+        bench.wants_image |= aperture_panel(ui, &mut bench.lens.aperture).wants_image;
     })
 }
 
@@ -188,6 +190,8 @@ fn presets_are_chosen_saved_and_forgotten() {
     let camera = preset("camera-50mm").unwrap().lens;
     assert_eq!(window.state().lens, Lens { focus_distance_m: projection().focus_distance_m, ..camera });
     type_number(&mut window, "Aperture E", "11");
+    window.get_by_label("Save").click();
+    window.run_steps(2);
     window.get_by_role_and_label(Role::TextInput, "Save as").click();
     window.run_steps(1);
     window.get_by_role_and_label(Role::TextInput, "Save as").type_text("mine");
@@ -199,6 +203,8 @@ fn presets_are_chosen_saved_and_forgotten() {
     choose(&mut window, "Preset", "projection");
     choose(&mut window, "Preset", "mine");
     assert_eq!(window.state().lens.aperture_diameter_mm, 11.0);
+    window.get_by_label("Save").click();
+    window.run_steps(2);
     window.get_by_label("Forget").click();
     window.run_steps(2);
     assert!(window.state().own.is_empty());
@@ -242,7 +248,7 @@ fn the_aperture_has_every_shape() {
     type_number(&mut window, "Sigma / C", "0.25");
     assert_eq!(window.state().lens.aperture, Aperture::Gaussian { sigma_per_coc: 0.25 });
     choose(&mut window, "Aperture shape", "Image");
-    assert!(window.state().done.wants_aperture_image);
+    assert!(window.state().wants_image);
     assert_eq!(window.state().lens.aperture, Aperture::Gaussian { sigma_per_coc: 0.25 }, "until there is an image");
     choose(&mut window, "Aperture shape", "Disc");
     assert_eq!(window.state().lens.aperture, Aperture::Disc);

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::document::{MethodChoice, Show};
-use super::panels::{LensChanges, LensReadings, VrReadings, focus_panel, vr_panel};
+use super::panels::{ApertureChange, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel};
 use super::preferences::Navigation;
 use super::widgets::{self, Real, choice};
 use super::{style, timing};
@@ -41,10 +41,16 @@ impl App {
             let readings = LensReadings { depths_m, acceptable_px, size_px, fov_x, has_camera: is_scene };
             changes = panel.show(ui, lens, automatic, own, readings);
         });
-        self.take_lens_changes(ui, changes);
+        self.take_lens_changes(changes);
+        let aperture = &mut self.document.lens.aperture;
+        let mut change = ApertureChange::default();
+        group(ui, "Aperture", false, |ui| change = aperture_panel(ui, aperture));
+        if change.wants_image {
+            self.dialogs.open_aperture(ui.ctx());
+        }
     }
 
-    fn take_lens_changes(&mut self, ui: &Ui, changes: LensChanges) {
+    fn take_lens_changes(&mut self, changes: LensChanges) {
         if changes.lens {
             self.document.automatic_lens = false;
         }
@@ -53,9 +59,6 @@ impl App {
         }
         if changes.suit_scene {
             self.suit_lens();
-        }
-        if changes.wants_aperture_image {
-            self.dialogs.open_aperture(ui.ctx());
         }
         let size_px = self.eye_size_px();
         if let (Some(fov_x), Some(camera)) = (changes.camera_fov_x, &mut self.document.camera) {

@@ -79,10 +79,7 @@ impl App {
     /// Gives the lens an image as its aperture.
     fn take_aperture(&mut self, ctx: &Context, file: &Path) {
         match ApertureImage::load(file) {
-            Ok(image) => {
-                self.document.lens.aperture = Aperture::Image(Arc::new(image));
-                self.document.automatic_lens = false;
-            }
+            Ok(image) => self.document.lens.aperture = Aperture::Image(Arc::new(image)),
             Err(error) => self.messages.error(ctx, &error.to_string()),
         }
     }

@@ -24,7 +24,7 @@ pub struct ApertureChange {
 }
 
 /// Edits the aperture.
-pub fn editor(ui: &mut Ui, aperture: &mut Aperture) -> ApertureChange {
+pub fn aperture_panel(ui: &mut Ui, aperture: &mut Aperture) -> ApertureChange {
     let mut change = ApertureChange::default();
     let names = ["Disc", "Polygon", "Gaussian", "Image"];
     let before = match aperture {

@@ -13,7 +13,7 @@ use eframe::egui::{
 use glam::{UVec2, Vec3};
 
 /// Side of the magnified neighbourhood, points.
-const MAGNIFIED: f32 = 132.0;
+const MAGNIFIED: f32 = 135.0;
 
 /// Height of a histogram, points.
 const BARS_HEIGHT: f32 = 48.0;
@@ -55,8 +55,10 @@ pub fn inspector_panel(
 ) {
     match inspection {
         Some(inspection) => {
-            magnified(ui, inspection, display);
-            numbers(ui, inspection, lens);
+            ui.horizontal_top(|ui| {
+                magnified(ui, inspection, display);
+                numbers(ui, inspection, lens);
+            });
             values(ui, inspection, display);
         }
         None => {
@@ -78,20 +80,18 @@ pub fn inspector_panel(
 
 /// The neighbourhood, one square a pixel, the inspected one framed.
 fn magnified(ui: &mut Ui, inspection: &Inspection, display: &Display) {
-    ui.vertical_centered(|ui| {
-        let (rect, response) = ui.allocate_exact_size(vec2(MAGNIFIED, MAGNIFIED), Sense::hover());
-        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Neighbourhood"));
-        response.on_hover_text("The pixels around the pointer.");
-        let size = inspection.neighbourhood.size;
-        let texture = magnified_texture(ui.ctx(), &inspection.neighbourhood, display);
-        let painter = ui.painter_at(rect);
-        let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
-        painter.image(texture.id(), rect, whole, Color32::WHITE);
-        let cell = rect.size() / vec2(size.x.max(1) as f32, size.y.max(1) as f32);
-        let middle = Rect::from_center_size(rect.center(), cell);
-        painter.rect_stroke(middle, 0.0, Stroke::new(1.0, Color32::BLACK), StrokeKind::Outside);
-        painter.rect_stroke(middle.expand(1.0), 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
-    });
+    let (rect, response) = ui.allocate_exact_size(vec2(MAGNIFIED, MAGNIFIED), Sense::hover());
+    response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Neighbourhood"));
+    response.on_hover_text("The pixels around the pointer.");
+    let size = inspection.neighbourhood.size;
+    let texture = magnified_texture(ui.ctx(), &inspection.neighbourhood, display);
+    let painter = ui.painter_at(rect);
+    let whole = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    painter.image(texture.id(), rect, whole, Color32::WHITE);
+    let cell = rect.size() / vec2(size.x.max(1) as f32, size.y.max(1) as f32);
+    let middle = Rect::from_center_size(rect.center(), cell);
+    painter.rect_stroke(middle, 0.0, Stroke::new(1.0, Color32::BLACK), StrokeKind::Outside);
+    painter.rect_stroke(middle.expand(1.0), 0.0, Stroke::new(1.0, Color32::WHITE), StrokeKind::Outside);
 }
 
 fn magnified_texture(ctx: &Context, pixels: &ColorImage, display: &Display) -> TextureHandle {

@@ -1,7 +1,6 @@
 //! The lens: its numbers in the papers' symbols and in those of photographers and of
 //! opticians, all views of one [`Lens`].
 
-use super::aperture;
 use super::fields::{Field, distance_text, named_row};
 use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
@@ -88,8 +87,6 @@ pub struct LensChanges {
     pub suit_scene: bool,
     /// The camera is to have this horizontal field of view, radians.
     pub camera_fov_x: Option<f64>,
-    /// An aperture image is to be chosen.
-    pub wants_aperture_image: bool,
 }
 
 /// State of the panel itself.
@@ -143,10 +140,6 @@ impl LensPanel {
         ui.separator();
         changes.lens |= self.display(ui, lens, &base, readings.size_px.x.max(1));
         changes.camera_fov_x = true_view(ui, lens, readings, &mut changes.lens);
-        ui.separator();
-        let edited = aperture::editor(ui, &mut lens.aperture);
-        changes.lens |= edited.changed;
-        changes.wants_aperture_image = edited.wants_image;
         self.base = Some(base);
         changes
     }

@@ -12,6 +12,7 @@ mod plot;
 mod presets;
 mod vr;
 
+pub use aperture::{ApertureChange, aperture_panel};
 pub use fields::{Field, distance_text};
 pub use focus::{FocusMode, FocusSettings, Focusing, Follow, focus_panel};
 pub use inspector::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};

@@ -15,6 +15,9 @@ const HEIGHT: f32 = 168.0;
 /// Height of the axis below it, points.
 const AXIS_HEIGHT: f32 = 18.0;
 
+/// Height of the line above the curve, points.
+const CAPTION_HEIGHT: f32 = 15.0;
+
 /// Height of the histogram at the bottom of the plot, points.
 const HISTOGRAM_HEIGHT: f32 = 44.0;
 
@@ -100,7 +103,8 @@ pub fn coc_plot(ui: &mut Ui, lens: &Lens, readings: PlotReadings<'_>) -> Option<
         painter.text(area.center(), Align2::CENTER_CENTER, text, font, ui.visuals().weak_text_color());
         return None;
     }
-    let scale = Scale::of(area.shrink2(vec2(4.0, 0.0)), lens, readings.depths_m);
+    let drawn = Rect::from_min_max(area.min + vec2(4.0, CAPTION_HEIGHT), area.max - vec2(4.0, 0.0));
+    let scale = Scale::of(drawn, lens, readings.depths_m);
     let asked = (response.dragged() || response.clicked())
         .then(|| response.interact_pointer_pos())
         .flatten()
@@ -135,7 +139,7 @@ fn paint(ui: &Ui, rect: Rect, scale: &Scale, lens: &Lens, readings: PlotReadings
     curve(&painter, scale, &lens.coc());
     focus_line(&painter, scale, lens.focus_distance_m, visuals.strong_text_color());
     let top = format!("|CoC| up to {} px", significant(scale.top_px));
-    let at = background.right_top() + vec2(-5.0, 3.0);
+    let at = background.right_top() + vec2(-5.0, 2.0);
     small(&painter, at, Align2::RIGHT_TOP, &top, visuals.weak_text_color());
 }
 
@@ -194,7 +198,7 @@ fn hyperfocal(painter: &Painter, scale: &Scale, hyperfocal_m: f64, color: Color3
         painter.line_segment(ends, Stroke::new(1.0, color));
     }
     let (align, offset) = if x > scale.area.center().x { (Align2::RIGHT_TOP, -3.0) } else { (Align2::LEFT_TOP, 3.0) };
-    small(painter, pos2(x + offset, scale.area.top() + 29.0), align, "hyperfocal", color);
+    small(painter, pos2(x + offset, scale.area.top() + 14.0), align, "hyperfocal", color);
 }
 
 /// |c| in the colours of the CoC overlay: in front of the focus distance and behind it.
@@ -224,7 +228,7 @@ fn focus_line(painter: &Painter, scale: &Scale, focus_m: f64, color: Color32) {
     painter.line_segment([pos2(x, scale.area.top()), pos2(x, scale.area.bottom())], Stroke::new(1.5, color));
     painter.circle_filled(pos2(x, scale.area.bottom()), 5.0, color);
     let (align, offset) = if x > scale.area.center().x { (Align2::RIGHT_TOP, -4.0) } else { (Align2::LEFT_TOP, 4.0) };
-    small(painter, pos2(x + offset, scale.area.top() + 16.0), align, &distance_text(focus_m), color);
+    small(painter, pos2(x + offset, scale.area.top() + 1.0), align, &distance_text(focus_m), color);
 }
 
 #[cfg(test)]

@@ -1,12 +1,17 @@
 //! The list of lenses, those of the program and one's own.
 
-use crate::app::widgets::choice;
+use crate::app::widgets::{combo, row};
 use crate::lens::Lens;
 use crate::presets::{LensPreset, presets};
+use eframe::egui::PopupCloseBehavior::CloseOnClickOutside;
+use eframe::egui::containers::menu::{MenuButton, MenuConfig};
 use eframe::egui::{TextEdit, Ui};
 
 /// First entry of the list: the lens follows the scene.
 const AUTOMATIC: &str = "Suits the scene";
+
+/// Room for the button beside the list, points.
+const SAVE_WIDTH: f32 = 58.0;
 
 /// What was chosen.
 #[derive(Clone, Debug, PartialEq)]
@@ -50,8 +55,15 @@ impl PresetList {
         let mut chosen = before;
         let shown = matching.filter(|_| !automatic).and_then(|i| known.get(i));
         let help = shown.map_or("Lenses with known numbers.".to_owned(), |p| format!("{}\n\n{}", p.title, p.source));
-        let changed = choice(ui, "Preset", &help, &mut chosen, &names) && chosen != before;
-        self.save_row(ui, lens, &known[..built_in], own, matching);
+        row(ui, "Preset", "", |ui| {
+            let width = ui.available_width() - SAVE_WIDTH;
+            let list = combo(ui, "preset", &mut chosen, &names, width).on_hover_text(help);
+            let menu = MenuButton::new("Save").config(MenuConfig::new().close_behavior(CloseOnClickOutside));
+            let (save, _) = menu.ui(ui, |ui| self.save_menu(ui, lens, &known[..built_in], own, matching));
+            save.on_hover_text("Save this lens as a preset, or forget one");
+            list
+        });
+        let changed = chosen != before;
         match (changed, chosen) {
             (false, _) => None,
             (true, 0) => Some(PresetChoice::Automatic),
@@ -60,7 +72,7 @@ impl PresetList {
     }
 
     /// Saves the present lens under a name, or forgets the one that is chosen.
-    fn save_row(
+    fn save_menu(
         &mut self,
         ui: &mut Ui,
         lens: &Lens,
@@ -71,7 +83,7 @@ impl PresetList {
         let own_index = matching.and_then(|i| i.checked_sub(built_in.len()));
         ui.horizontal(|ui| {
             let label = ui.label("Save as");
-            let name = TextEdit::singleline(&mut self.new_name).hint_text("name").desired_width(112.0);
+            let name = TextEdit::singleline(&mut self.new_name).hint_text("name").desired_width(120.0);
             ui.add(name).labelled_by(label.id);
             let name = self.new_name.trim().to_owned();
             let taken = built_in.iter().any(|p| p.name == name);
@@ -83,11 +95,13 @@ impl PresetList {
                 let (title, source) = ("Saved in the window".into(), "Saved in the window.".into());
                 own.push(LensPreset { name, title, source, lens: lens.clone(), headset: None });
                 self.new_name.clear();
+                ui.close();
             }
             if let Some(index) = own_index.filter(|i| *i < own.len())
                 && ui.button("Forget").on_hover_text("Takes this preset off the list.").clicked()
             {
                 own.remove(index);
+                ui.close();
             }
         });
     }
