@@ -2,72 +2,16 @@
 
 #![cfg(feature = "app")]
 
-use defocus::app::{App, AppOptions, Arrangement, Document, MethodChoice, PaneId, Show, apply_style, wgpu_setup};
-use eframe::egui::{self, Modifiers, PointerButton, Pos2, Role, pos2, vec2};
-use eframe::egui_wgpu::RendererOptions;
+mod common;
+
+use common::window::{Window, choose, click, drag, point, settle, small, type_number, window};
+use defocus::app::{App, Arrangement, Document, MethodChoice, PaneId, Show};
+use eframe::egui::{self, Role, pos2, vec2};
+use egui_kittest::SnapshotOptions;
 use egui_kittest::kittest::Queryable;
-use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
-use egui_kittest::{Harness, SnapshotOptions};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
-
-type Window = Harness<'static, App>;
-
-/// A window of `size` points that starts with `document`, once it has settled.
-fn window(size: [f32; 2], document: Document) -> Window {
-    let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
-    let options = AppOptions { document: Some(document), ..AppOptions::default() };
-    let app = App::new(&state, options);
-    let mut window = Harness::builder()
-        .with_size(vec2(size[0], size[1]))
-        .with_max_steps(1)
-        .with_step_dt(0.3)
-        .with_render_cursor(false)
-        .with_context_setup(apply_style)
-        .renderer(WgpuTestRenderer::from_render_state(state))
-        .build_ui_state(|ui, app: &mut App| app.show(ui), app);
-    settle(&mut window);
-    window
-}
-
-/// A small window: two methods that are cheap on a software GPU.
-fn small(methods: &[&str]) -> Window {
-    let document = Document::of_methods(methods.iter().map(|id| MethodChoice::new(id)));
-    // Wide enough for the whole bar at the top: what is cut off cannot be clicked.
-    window([900.0, 420.0], Document { overscan_px: 16, ..document })
-}
-
-/// Goes on until nothing moves, loads or converges any more.
-fn settle(window: &mut Window) {
-    let start = Instant::now();
-    window.step();
-    while !window.state().is_settled() {
-        assert!(
-            start.elapsed() < Duration::from_secs(120),
-            "the window does not settle: {:?}",
-            window.state().last_error()
-        );
-        std::thread::sleep(Duration::from_millis(2));
-        window.step();
-    }
-    // Once more, for what follows the picture: names, numbers, statistics.
-    window.step();
-    window.step();
-}
-
-fn type_number(window: &mut Window, name: &str, text: &str) {
-    window.get_by_role_and_label(Role::SpinButton, name).click();
-    window.step();
-    window.step();
-    window.key_combination_modifiers(Modifiers::COMMAND, &[egui::Key::A]);
-    window.step();
-    let field = window.query_by_role_and_label(Role::TextInput, name);
-    field.unwrap_or_else(|| window.get_by_role_and_label(Role::SpinButton, name)).type_text(text);
-    window.step();
-    window.key_press(egui::Key::Enter);
-    settle(window);
-}
+use std::time::Duration;
 
 /// The first pane's method.
 fn method(window: &Window) -> &MethodChoice {
@@ -77,47 +21,6 @@ fn method(window: &Window) -> &MethodChoice {
 /// Lens points that the first pane's reference has and will have.
 fn progress(window: &Window) -> Option<(u32, u32)> {
     window.state().engine().pane(PaneId(1)).expect("there is a pane").progress()
-}
-
-fn point(window: &Window, x: f32, y: f32) -> Pos2 {
-    let picture = window.state().picture_rect(window.state().document().a).expect("the picture is laid out");
-    picture.min + vec2(x, y) * picture.size()
-}
-
-fn button(window: &Window, at: Pos2, pressed: bool) {
-    let button = PointerButton::Primary;
-    window.event(egui::Event::PointerButton { pos: at, button, pressed, modifiers: Modifiers::NONE });
-}
-
-fn click(window: &mut Window, at: Pos2) {
-    window.event(egui::Event::PointerMoved(at));
-    window.step();
-    button(window, at, true);
-    window.step();
-    button(window, at, false);
-    settle(window);
-}
-
-fn drag(window: &mut Window, from: Pos2, to: Pos2) {
-    window.event(egui::Event::PointerMoved(from));
-    window.step();
-    button(window, from, true);
-    window.step();
-    for share in [0.5, 1.0] {
-        window.event(egui::Event::PointerMoved(from + (to - from) * share));
-        window.step();
-    }
-    button(window, to, false);
-    settle(window);
-}
-
-fn choose(window: &mut Window, list: &str, entry: &str) {
-    window.get_by_role_and_label(Role::ComboBox, list).click();
-    window.step();
-    window.step();
-    window.get_all_by_label(entry).last().expect("the entry is in the list").click();
-    window.step();
-    settle(window);
 }
 
 #[test]

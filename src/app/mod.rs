@@ -298,6 +298,16 @@ impl App {
         self.engine.depth_at_m(at)
     }
 
+    /// The view that is drawn, the left eye's where there are two.
+    pub fn view(&mut self) -> Option<&mut crate::view::View> {
+        self.engine.view()
+    }
+
+    /// Size of what a pane shows, px.
+    pub fn shown_size(&self, pane: PaneId) -> Option<glam::UVec2> {
+        self.shown(pane).map(Texture::size)
+    }
+
     /// Whether everything is shown as it will stay until something is changed.
     pub fn is_settled(&self) -> bool {
         self.started
