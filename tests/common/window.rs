@@ -113,9 +113,10 @@ pub fn drag_with(window: &mut Window, from: Pos2, to: Pos2, modifiers: Modifiers
 
 /// Chooses an entry of a list by its name.
 pub fn choose(window: &mut Window, list: &str, entry: &str) {
+    window.get_by_role_and_label(Role::ComboBox, list).scroll_to_me();
+    window.run_steps(3);
     window.get_by_role_and_label(Role::ComboBox, list).click();
-    window.step();
-    window.step();
+    window.run_steps(2);
     window.get_all_by_label(entry).last().expect("the entry is in the list").click();
     window.step();
     settle(window);
