@@ -56,8 +56,8 @@ fn main() -> anyhow::Result<()> {
         .caption("Total energy of a circle of confusion", ("sans-serif", 18))
         .x_label_area_size(40)
         .y_label_area_size(56)
-        .build_cartesian_2d((0.0..MAX_RADIUS_PX).log_scale().zero_point(-1.0).base(2.0), 0.6..1.6)?;
-    chart.configure_mesh().x_desc("radius, px").y_desc("energy, 1 wanted").draw()?;
+        .build_cartesian_2d((0.0..MAX_RADIUS_PX).log_scale().zero_point(-1.0).base(2.0), 0.4..1.6)?;
+    chart.configure_mesh().light_line_style(TRANSPARENT).x_desc("radius, px").y_desc("energy, 1 wanted").draw()?;
     for curve in CURVES {
         let points = energies(curve);
         print_worst(curve.0, &points);
@@ -67,7 +67,12 @@ fn main() -> anyhow::Result<()> {
             .label(curve.0)
             .legend(move |(x, y)| PathElement::new([(x, y), (x + 16, y)], color));
     }
-    chart.configure_series_labels().background_style(WHITE.mix(0.8)).border_style(BLACK).draw()?;
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .background_style(WHITE.mix(0.8))
+        .border_style(BLACK)
+        .draw()?;
     root.present().with_context(|| format!("cannot write {path}"))?;
     println!("wrote {path}");
     Ok(())

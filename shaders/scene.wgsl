@@ -114,13 +114,33 @@ fn has(slot: u32) -> bool {
     return (material.textures & (1u << slot)) != 0u;
 }
 
+/// Widest footprint of a pixel, in repeats of the texture, that is filtered; over a wider
+/// one any texture is its mean.
+const WIDEST_FOOTPRINT = 16.0;
+
+/// Beyond the last level of any texture.
+const MEAN_LEVEL = 32.0;
+
 /// A texture at the level that a pixel needs. Software Vulkan finds that level a little
 /// differently if there is a bias, so a bias of 0 is none.
+///
+/// Beside a steep triangle that reaches the near plane, the coordinates of a quad's outer
+/// pixels may be infinite, and so is then the loop of an anisotropic filter in software.
+/// The coarse derivatives are one for all pixels of a quad: it is dropped as a whole.
 fn sample(image: texture_2d<f32>, filtering: sampler, uv: vec2f) -> vec4f {
+    let footprint = fwidthCoarse(uv);
+    let filtered = all(footprint < vec2f(WIDEST_FOOTPRINT));
+    let safe = select(vec2f(0.5), uv, filtered);
+    var color: vec4f;
     if view.lod_bias == 0.0 {
-        return textureSample(image, filtering, uv);
+        color = textureSample(image, filtering, safe);
+    } else {
+        color = textureSampleBias(image, filtering, safe, view.lod_bias);
     }
-    return textureSampleBias(image, filtering, uv, view.lod_bias);
+    if !filtered {
+        color = textureSampleLevel(image, filtering, safe, MEAN_LEVEL);
+    }
+    return color;
 }
 
 fn base_color(in: Surface) -> vec4f {
