@@ -9,6 +9,7 @@ use crate::study::compare::{CompareRequest, compare, runnable};
 use crate::study::reference::{Reference, ReferenceRequest, render_reference};
 use crate::study::report::{self, ReportInput};
 use crate::study::results::{CompareJson, Setting};
+use crate::study::timing::Rounds;
 use crate::study::{GpuSource, Progress};
 use glam::UVec2;
 use std::io::Write;
@@ -56,7 +57,8 @@ pub fn write(
         }
     };
     let display = document.display;
-    let request = CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, warmup: 1, runs: RUNS };
+    let rounds = Rounds { warmup: 1, runs: RUNS, redraw: false };
+    let request = CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, rounds };
     let comparison = compare(gpu, &mut view, &request, progress).map_err(|e| said(&e))?;
     let coc = lens.coc_statistics(view.depth_m(gpu).pixels.iter().copied());
     let cameras = source.source().cameras();

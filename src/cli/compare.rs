@@ -1,8 +1,7 @@
 //! `defocus compare`: methods against a reference.
 
 use super::args::CompareArgs;
-use super::options::CacheOptions;
-use super::output::{check_json, is_stdout, print, write_json};
+use super::output::{check_json, check_target, command_line, is_stdout, parent_of, print, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -11,11 +10,12 @@ use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use defocus::image::Image;
 use defocus::image_io::{write_atomically, write_exr, write_png_rgb};
 use defocus::methods::{Method, set_param};
-use defocus::study::cache::{CacheKey, ReferenceCache};
+use defocus::study::cache::cached_reference;
 use defocus::study::compare::{CompareRequest, compare, runnable};
-use defocus::study::reference::{Reference, ReferenceRequest, render_reference};
+use defocus::study::reference::{Reference, ReferenceRequest};
 use defocus::study::report::{self, ReportInput};
 use defocus::study::results::{CompareJson, MetricsJson, ResultJson};
+use defocus::study::timing::Rounds;
 use defocus::study::{Comparison, Truth};
 use rayon::prelude::*;
 use std::io::Write;
@@ -81,27 +81,14 @@ fn truth(
     };
     let (view_dependent, display) = (args.view.view_dependent, args.display.display());
     let request = ReferenceRequest { reference, samples: args.samples, view_dependent, display };
-    let cache = cache(&args.cache).filter(|_| !matches!(request.reference, Reference::Method(_)));
-    let key = CacheKey::new(&setup.source, &setup.view, &setup.lens, &request);
-    if let Some(truth) = cache.as_ref().and_then(|cache| cache.load(key, &request))
-        && truth.color.size == setup.view.size()
-    {
-        return Ok(Some(truth));
-    }
     let (source, view) = (&setup.source, &mut setup.view);
-    let truth = render_reference(source, view, &setup.lens, &request, &mut |step| bar.step(step))?;
-    if let Some(Err(problem)) = cache.map(|cache| cache.store(key, &truth)) {
+    let cache = args.cache.cache();
+    let (truth, problem) =
+        cached_reference(cache.as_ref(), source, view, &setup.lens, &request, &mut |step| bar.step(step))?;
+    if let Some(problem) = problem {
         eprintln!("defocus: the reference is not kept for the next time: {problem}");
     }
     Ok(Some(truth))
-}
-
-fn cache(options: &CacheOptions) -> Option<ReferenceCache> {
-    match &options.cache {
-        _ if options.no_cache => None,
-        Some(folder) => Some(ReferenceCache::at(folder)),
-        None => ReferenceCache::of_user(),
-    }
 }
 
 fn compare_all(
@@ -113,25 +100,9 @@ fn compare_all(
 ) -> anyhow::Result<Comparison> {
     let gpu = setup.gpu();
     let display = args.display.display();
-    let (warmup, runs) = (args.warmup, args.runs);
-    let request = CompareRequest { lens: &setup.lens, methods, truth, display, warmup, runs };
+    let rounds = Rounds { warmup: args.warmup, runs: args.runs, redraw: false };
+    let request = CompareRequest { lens: &setup.lens, methods, truth, display, rounds };
     Ok(compare(&gpu, &mut setup.view, &request, &mut |step| bar.step(step))?)
-}
-
-/// An error unless a folder is there, or can be made, under that name.
-fn check_target(folder: &Path) -> anyhow::Result<()> {
-    let parent = parent_of(folder);
-    ensure!(parent.is_dir(), "{}: there is no folder {}; make it first", folder.display(), parent.display());
-    ensure!(
-        folder.is_dir() || !folder.exists(),
-        "{}: is a file; give the name of a folder, or of one to make",
-        folder.display()
-    );
-    Ok(())
-}
-
-fn parent_of(folder: &Path) -> &Path {
-    folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
 struct Results<'a> {
@@ -192,22 +163,11 @@ fn write_files(folder: &Path, args: &CompareArgs, setup: &Setup, results: &Resul
     Ok(())
 }
 
-/// The command as it was given, quoted where a shell needs it.
-fn command_line() -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-    let quoted = |arg: String| {
-        let is_plain = !arg.is_empty() && arg.chars().all(plain);
-        if is_plain { arg } else { format!("'{}'", arg.replace('\'', r"'\''")) }
-    };
-    let args = std::env::args_os().skip(1).map(|arg| quoted(arg.to_string_lossy().into_owned()));
-    std::iter::once("defocus".to_owned()).chain(args).collect::<Vec<_>>().join(" ")
-}
-
 /// The results as a table, with what they were made with above it.
 fn table(json: &CompareJson) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
-    let header = ["method", "PSNR dB", "defocused dB", "worst block dB", "SSIM", "FLIP", "relMSE", "GPU ms"];
+    let header = ["method", "PSNR dB", "defocused dB", "worst block dB", "SSIM", "FLIP", "relMSE", "GPU ms", "copies"];
     table.set_header(header).add_rows(json.results.iter().map(row));
     for column in table.column_iter_mut().skip(1) {
         column.set_cell_alignment(CellAlignment::Right);
@@ -216,7 +176,7 @@ fn table(json: &CompareJson) -> String {
     format!("{}\n{table}{}", head(json), left.collect::<String>())
 }
 
-fn row(result: &ResultJson) -> [String; 8] {
+fn row(result: &ResultJson) -> [String; 9] {
     let m: &MetricsJson = &result.metrics;
     let number = |value: Option<f64>, decimals: usize| value.map_or("–".into(), |v| format!("{v:.decimals$}"));
     let psnr = if m.identical == Some(true) { "identical".into() } else { number(m.psnr_db, 2) };
@@ -229,6 +189,7 @@ fn row(result: &ResultJson) -> [String; 8] {
         number(m.flip, 4),
         number(m.rel_mse, 5),
         number(result.gpu_ms.map(|t| t.median), 3),
+        number(result.copy_ratio.map(|t| t.median), 2),
     ]
 }
 

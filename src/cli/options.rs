@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use defocus::aperture::Aperture;
 use defocus::display::{Display, ToneMap};
+use defocus::study::cache::ReferenceCache;
 use glam::{DQuat, DVec3, UVec2, uvec2};
 use std::path::PathBuf;
 
@@ -169,6 +170,17 @@ pub struct CacheOptions {
     pub no_cache: bool,
 }
 
+impl CacheOptions {
+    /// The cache, if there is to be one.
+    pub fn cache(&self) -> Option<ReferenceCache> {
+        match &self.cache {
+            _ if self.no_cache => None,
+            Some(folder) => Some(ReferenceCache::at(folder)),
+            None => ReferenceCache::of_user(),
+        }
+    }
+}
+
 /// Two ends of a range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Range {
@@ -222,7 +234,7 @@ fn parse_pixel(text: &str) -> Result<UVec2, String> {
     Ok(uvec2(x, y))
 }
 
-fn parse_size(text: &str) -> Result<UVec2, String> {
+pub fn parse_size(text: &str) -> Result<UVec2, String> {
     let [x, y] = pair(text, 'x').ok_or("give width and height in pixels, such as 1024x768")?;
     Ok(uvec2(x, y))
 }

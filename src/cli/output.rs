@@ -1,7 +1,7 @@
 //! What goes to files and to standard output, whole or not at all.
 
 use super::progress::check_interrupt;
-use anyhow::{Context, bail};
+use anyhow::{Context, bail, ensure};
 use defocus::image_io::write_atomically;
 use serde::Serialize;
 use std::io::Write;
@@ -74,4 +74,32 @@ pub fn print(text: &str) -> anyhow::Result<()> {
         Err(e) if e.kind() != std::io::ErrorKind::BrokenPipe => Err(e).context("cannot write to standard output"),
         _ => Ok(()),
     }
+}
+
+/// An error unless a folder is there, or can be made, under that name.
+pub fn check_target(folder: &Path) -> anyhow::Result<()> {
+    let parent = parent_of(folder);
+    ensure!(parent.is_dir(), "{}: there is no folder {}; make it first", folder.display(), parent.display());
+    ensure!(
+        folder.is_dir() || !folder.exists(),
+        "{}: is a file; give the name of a folder, or of one to make",
+        folder.display()
+    );
+    Ok(())
+}
+
+/// The folder that something lies in.
+pub fn parent_of(folder: &Path) -> &Path {
+    folder.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// The command as it was given, quoted where a shell needs it.
+pub fn command_line() -> String {
+    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    let quoted = |arg: String| {
+        let is_plain = !arg.is_empty() && arg.chars().all(plain);
+        if is_plain { arg } else { format!("'{}'", arg.replace('\'', r"'\''")) }
+    };
+    let args = std::env::args_os().skip(1).map(|arg| quoted(arg.to_string_lossy().into_owned()));
+    std::iter::once("defocus".to_owned()).chain(args).collect::<Vec<_>>().join(" ")
 }

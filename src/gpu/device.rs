@@ -31,7 +31,11 @@ pub enum GpuError {
 
 /// Optional features that are used where they are there, each with a fallback.
 pub fn wanted_features() -> Features {
-    Features::TIMESTAMP_QUERY | Features::FLOAT32_FILTERABLE | Features::FLOAT32_BLENDABLE
+    Features::TIMESTAMP_QUERY
+        | Features::FLOAT32_FILTERABLE
+        | Features::FLOAT32_BLENDABLE
+        // Only to count the texture reads of vertex shaders.
+        | Features::VERTEX_WRITABLE_STORAGE
 }
 
 /// The limits to open a device with: what the adapter has of those that matter here.
@@ -45,6 +49,9 @@ pub fn wanted_limits(adapter: &wgpu::Limits) -> wgpu::Limits {
         ..wgpu::Limits::default()
     }
 }
+
+/// [`AdapterSummary::kind`] of an adapter that is a program.
+pub(super) const SOFTWARE: &str = "software";
 
 /// An adapter by description, as `defocus adapters` lists it.
 #[derive(Clone, Debug, serde::Serialize)]
@@ -65,7 +72,7 @@ impl AdapterSummary {
             DeviceType::DiscreteGpu => "discrete",
             DeviceType::IntegratedGpu => "integrated",
             DeviceType::VirtualGpu => "virtual",
-            DeviceType::Cpu => "software",
+            DeviceType::Cpu => SOFTWARE,
             DeviceType::Other => "other",
         };
         let driver = format!("{} {}", info.driver, info.driver_info).trim().to_owned();

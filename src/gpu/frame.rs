@@ -1,11 +1,14 @@
 //! A frame: passes recorded in order, timed, counted, then submitted.
 
-use super::kernel::{Kernel, Pipeline, Resource, SamplerKind};
+use super::kernel::{Build, Kernel, Pipeline, Resource, SamplerKind};
+use super::reads::READS_BINDING;
 use super::wgsl::{Precision, Shader, Uniform};
 use super::{Gpu, Texture};
+use cpu_time::ProcessTime;
 use glam::UVec2;
 use std::collections::BTreeMap;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
+use std::time::{Duration, Instant};
 use wgpu::util::DeviceExt;
 
 /// Timestamps that the query set holds: two a pass. Passes beyond are not timed.
@@ -30,7 +33,7 @@ pub struct FrameStats {
 pub struct Frame<'g> {
     gpu: &'g Gpu,
     encoder: wgpu::CommandEncoder,
-    queries: Option<wgpu::QuerySet>,
+    timer: Timer,
     labels: Vec<String>,
     prefix: String,
     /// Counters; methods add what they skipped.
@@ -38,6 +41,7 @@ pub struct Frame<'g> {
     /// Format of intermediate colour images.
     pub precision: Precision,
     exposed: Option<Vec<(String, Texture)>>,
+    reads: Option<wgpu::Buffer>,
 }
 
 impl<'g> Frame<'g> {
@@ -46,13 +50,23 @@ impl<'g> Frame<'g> {
         Self {
             gpu,
             encoder: gpu.device().create_command_encoder(&Default::default()),
-            queries: gpu.0.queries.clone(),
+            timer: gpu.0.queries.clone().map_or(Timer::None, Timer::Stamps),
             labels: Vec::new(),
             prefix: String::new(),
             stats: FrameStats::default(),
             precision: Precision::Half,
             exposed: None,
+            reads: None,
         }
+    }
+
+    /// As [`Gpu::timed_frame`] says.
+    pub(super) fn timed_on_host(gpu: &'g Gpu) -> Self {
+        let mut frame = Self::new(gpu);
+        if let Timer::None = frame.timer {
+            frame.timer = Timer::Host(HostTimer::default());
+        }
+        frame
     }
 
     /// The GPU this frame runs on.
@@ -72,7 +86,7 @@ impl<'g> Frame<'g> {
 
     /// Starts a compute pass with the entry point `entry`, labelled with its name.
     pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &str) -> Pass<'f, 'g> {
-        let kernel = self.gpu.0.kernels.compute(shader, entry, self.precision);
+        let kernel = self.gpu.0.kernels.compute(shader, entry, self.build());
         let label = format!("{}{entry}", self.prefix);
         Pass { frame: self, label, kernel, bound: Vec::new() }
     }
@@ -90,6 +104,26 @@ impl<'g> Frame<'g> {
             uniform_checks: Vec::new(),
             targets: Vec::new(),
         }
+    }
+
+    fn build(&self) -> Build {
+        Build { precision: self.precision, counts_reads: self.reads.is_some() }
+    }
+
+    /// From now on counts every texture read of passes and draws (not of scene views) in
+    /// the u32 that is returned; a filtered read counts as one. Such passes take longer:
+    /// their times mean nothing.
+    pub fn count_texture_reads(&mut self) -> wgpu::Buffer {
+        let gpu = self.gpu;
+        self.reads.get_or_insert_with(|| gpu.buffer("texture reads", 4)).clone()
+    }
+
+    /// `bound` and what counts the kernel's texture reads, if that is wanted.
+    fn with_reads(&self, kernel: &Kernel, mut bound: Vec<Bound>) -> Vec<Bound> {
+        if let Some(reads) = self.reads.as_ref().filter(|_| kernel.counts_reads()) {
+            bound.push((READS_BINDING, Resource::Buffer(reads.clone())));
+        }
+        bound
     }
 
     /// Labels of the passes that follow start with `prefix`.
@@ -136,21 +170,42 @@ impl<'g> Frame<'g> {
         &mut self.encoder
     }
 
-    /// Copies the part of `from` that starts at `origin` over all of `to`, level 0, same
-    /// format.
-    pub fn copy_part(&mut self, from: &Texture, origin: UVec2, to: &Texture) {
-        let size = wgpu::Extent3d { width: to.size().x, height: to.size().y, depth_or_array_layers: 1 };
-        let mut source = from.raw().as_image_copy();
-        source.origin = wgpu::Origin3d { x: origin.x, y: origin.y, z: 0 };
-        self.encoder.copy_texture_to_texture(source, to.raw().as_image_copy(), size);
-    }
-
     fn timed(&mut self, label: &str) -> Option<(wgpu::QuerySet, u32)> {
         self.stats.passes += 1;
-        let first = 2 * self.labels.len() as u32;
-        let queries = self.queries.clone().filter(|_| first + 1 < MAX_TIMESTAMPS)?;
-        self.labels.push(label.to_owned());
-        Some((queries, first))
+        self.close_host_time();
+        match &mut self.timer {
+            Timer::None => None,
+            Timer::Host(host) => {
+                host.open = Some(label.to_owned());
+                None
+            }
+            Timer::Stamps(queries) => {
+                let first = 2 * self.labels.len() as u32;
+                let queries = queries.clone();
+                (first + 1 < MAX_TIMESTAMPS).then(|| {
+                    self.labels.push(label.to_owned());
+                    (queries, first)
+                })
+            }
+        }
+    }
+
+    /// Where the host times passes: submits the last one and waits for it.
+    fn close_host_time(&mut self) {
+        let Timer::Host(host) = &mut self.timer else { return };
+        let Some(label) = host.open.take() else { return };
+        // A device that is lost answers with an error, and other calls report it.
+        let wait = || {
+            let _ = self.gpu.device().poll(wgpu::PollType::wait_indefinitely());
+        };
+        wait();
+        let next = self.gpu.device().create_command_encoder(&Default::default());
+        let commands = std::mem::replace(&mut self.encoder, next).finish();
+        let (start, processor) = (Instant::now(), ProcessTime::now());
+        self.gpu.queue().submit([commands]);
+        wait();
+        let elapsed = if self.gpu.is_software() { processor.elapsed() } else { start.elapsed() };
+        host.times.push(PassTime { label, ms: elapsed.as_secs_f64() * 1e3 });
     }
 
     /// Submits what was recorded so far and goes on with an empty encoder.
@@ -162,9 +217,15 @@ impl<'g> Frame<'g> {
 
     /// Submits the frame.
     pub fn finish(mut self) -> Submitted {
+        self.close_host_time();
         let device = self.gpu.device();
         let count = 2 * self.labels.len() as u32;
-        let buffer = self.queries.as_ref().filter(|_| count > 0).map(|queries| {
+        let (queries, host) = match self.timer {
+            Timer::None => (None, None),
+            Timer::Stamps(queries) => (Some(queries), None),
+            Timer::Host(host) => (None, Some(host.times)),
+        };
+        let buffer = queries.filter(|_| count > 0).map(|queries| {
             use wgpu::BufferUsages as Usage;
             let buffer = |usage| {
                 let size = u64::from(count) * 8;
@@ -172,23 +233,27 @@ impl<'g> Frame<'g> {
             };
             let resolved = buffer(Usage::QUERY_RESOLVE | Usage::COPY_SRC);
             let mapped = buffer(Usage::MAP_READ | Usage::COPY_DST);
-            self.encoder.resolve_query_set(queries, 0..count, &resolved, 0);
+            self.encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
             self.encoder.copy_buffer_to_buffer(&resolved, 0, &mapped, 0, resolved.size());
             mapped
         });
         self.stats.peak_texture_bytes = self.gpu.0.pool.peak_bytes();
         self.gpu.queue().submit([self.encoder.finish()]);
-        let ready = Arc::new(std::sync::atomic::AtomicBool::new(false));
-        if let Some(buffer) = &buffer {
-            let ready = ready.clone();
-            buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-                ready.store(result.is_ok(), std::sync::atomic::Ordering::Release);
-            });
+        let (ready, submitted) = (Arc::new(OnceLock::new()), Instant::now());
+        let arrived = ready.clone();
+        match &buffer {
+            Some(buffer) => buffer.map_async(wgpu::MapMode::Read, .., move |result| {
+                // Nothing else sets it.
+                let _ = result.is_ok().then(|| arrived.set(submitted.elapsed()));
+            }),
+            None => self.gpu.queue().on_submitted_work_done(move || {
+                let _ = arrived.set(submitted.elapsed());
+            }),
         }
         Submitted {
             stats: self.stats,
             exposed: self.exposed.unwrap_or_default(),
-            timings: Timings { gpu: self.gpu.clone(), labels: self.labels, buffer, ready },
+            timings: Timings { gpu: self.gpu.clone(), labels: self.labels, buffer, host, ready },
         }
     }
 }
@@ -203,8 +268,11 @@ pub struct Submitted {
     pub timings: Timings,
 }
 
+/// Label of the one time that is known of a frame without timestamps.
+const WHOLE_FRAME: &str = "whole frame";
+
 /// GPU time of a pass.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct PassTime {
     /// The pass's label.
     pub label: String,
@@ -212,24 +280,48 @@ pub struct PassTime {
     pub ms: f64,
 }
 
+/// What times passes.
+enum Timer {
+    /// Nothing.
+    None,
+    /// The GPU, by timestamps around each.
+    Stamps(wgpu::QuerySet),
+    /// The host, by submitting each alone.
+    Host(HostTimer),
+}
+
+#[derive(Default)]
+struct HostTimer {
+    /// The pass that is recorded but not submitted.
+    open: Option<String>,
+    times: Vec<PassTime>,
+}
+
 /// Times that arrive when the GPU is done.
 pub struct Timings {
     gpu: Gpu,
     labels: Vec<String>,
     buffer: Option<wgpu::Buffer>,
-    ready: Arc<std::sync::atomic::AtomicBool>,
+    /// Times of a frame whose passes the host has timed.
+    host: Option<Vec<PassTime>>,
+    /// How long after its submission the frame was found to be done.
+    ready: Arc<OnceLock<Duration>>,
 }
 
 impl Timings {
-    /// The times if they are there by now; `None` if not yet, empty if the adapter has no
-    /// timestamps.
+    /// The times if they are there by now; `None` if not yet. Of an adapter without usable
+    /// timestamps it is the whole frame's, on the host's clock, unless the frame was one of
+    /// [`Gpu::timed_frame`].
     pub fn poll(&self) -> Option<Vec<PassTime>> {
-        let Some(buffer) = &self.buffer else { return Some(Vec::new()) };
+        if let Some(times) = &self.host {
+            return Some(times.clone());
+        }
         // A lost device answers with an error; then the times simply never arrive.
         let _ = self.gpu.device().poll(wgpu::PollType::Poll);
-        if !self.ready.load(std::sync::atomic::Ordering::Acquire) {
-            return None;
-        }
+        let elapsed = self.ready.get()?;
+        let Some(buffer) = &self.buffer else {
+            return Some(vec![PassTime { label: WHOLE_FRAME.into(), ms: elapsed.as_secs_f64() * 1e3 }]);
+        };
         let bytes = buffer.get_mapped_range(..).ok()?;
         let stamps: &[u64] = bytemuck::try_cast_slice(&bytes).ok()?;
         let ns_per_tick = f64::from(self.gpu.queue().get_timestamp_period());
@@ -238,7 +330,7 @@ impl Timings {
         Some(self.labels.iter().zip(stamps.chunks_exact(2)).map(pass).collect())
     }
 
-    /// Waits for the GPU and returns the times; empty if the adapter has no timestamps.
+    /// Waits for the GPU and returns the times, as [`Timings::poll`]; empty if it is lost.
     pub fn wait(&self) -> Vec<PassTime> {
         // As in `poll`: a lost device leaves the times empty.
         let _ = self.gpu.device().poll(wgpu::PollType::wait_indefinitely());
@@ -246,13 +338,16 @@ impl Timings {
     }
 }
 
+/// A resource under its name in the shader.
+type Bound = (&'static str, Resource);
+
 /// A compute pass being described.
 #[must_use = "a pass does nothing until it is dispatched"]
 pub struct Pass<'f, 'g> {
     frame: &'f mut Frame<'g>,
     label: String,
     kernel: Arc<Kernel>,
-    bound: Vec<(&'static str, Resource)>,
+    bound: Vec<Bound>,
 }
 
 macro_rules! binders {
@@ -338,7 +433,8 @@ impl Pass<'_, '_> {
     }
 
     fn run(self, dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let groups = self.kernel.bind_groups(self.frame.gpu.device(), &self.bound);
+        let bound = self.frame.with_reads(&self.kernel, self.bound);
+        let groups = self.kernel.bind_groups(self.frame.gpu.device(), &bound);
         let slot = self.frame.timed(&self.label);
         let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
             query_set,
@@ -410,7 +506,7 @@ pub struct Draw<'f, 'g> {
     shader: &'f Shader,
     entries: [&'f str; 2],
     topology: wgpu::PrimitiveTopology,
-    bound: Vec<(&'static str, Resource)>,
+    bound: Vec<Bound>,
     uniform_checks: Vec<(&'static str, UniformCheck)>,
     targets: Vec<(Target, wgpu::TextureView, wgpu::LoadOp<wgpu::Color>)>,
 }
@@ -446,11 +542,12 @@ impl Draw<'_, '_> {
     pub fn vertices(self, vertices: u32, instances: u32) {
         let gpu = self.frame.gpu;
         let targets: Vec<_> = self.targets.iter().map(|t| t.0).collect();
-        let kernel = gpu.0.kernels.render(self.shader, self.entries, self.frame.precision, self.topology, &targets);
+        let kernel = gpu.0.kernels.render(self.shader, self.entries, self.frame.build(), self.topology, &targets);
         for (name, check) in &self.uniform_checks {
             check(&kernel, name).unwrap_or_else(|e| panic!("{e}"));
         }
-        let groups = kernel.bind_groups(gpu.device(), &self.bound);
+        let bound = self.frame.with_reads(&kernel, self.bound);
+        let groups = kernel.bind_groups(gpu.device(), &bound);
         let label = format!("{}{}", self.frame.prefix, self.entries[1]);
         let slot = self.frame.timed(&label);
         let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {

@@ -1,6 +1,7 @@
 //! Pipelines by shader and entry point, and bind groups by name.
 
 use super::frame::Target;
+use super::reads::READS_BINDING;
 use super::wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform};
 use std::collections::{BTreeMap, HashMap};
 use std::sync::{Arc, Mutex};
@@ -43,6 +44,11 @@ impl Kernel {
         U::check(layout).map_err(|e| format!("{}: uniform {name}: {e}", self.name))
     }
 
+    /// Whether it reads textures and counts that.
+    pub(super) fn counts_reads(&self) -> bool {
+        self.bindings.contains_key(READS_BINDING)
+    }
+
     fn no_such_name(&self, name: &str) -> String {
         let names: Vec<_> = self.bindings.keys().map(String::as_str).collect();
         format!("{} binds no {name}; it binds {}", self.name, names.join(", "))
@@ -83,11 +89,19 @@ impl Kernel {
     }
 }
 
+/// How a shader is compiled.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) struct Build {
+    pub(super) precision: Precision,
+    /// Whether every texture read is counted.
+    pub(super) counts_reads: bool,
+}
+
 #[derive(Clone, PartialEq, Eq, Hash)]
 struct KernelKey {
     shader: &'static str,
     entries: Vec<String>,
-    precision: Precision,
+    build: Build,
     targets: Vec<Target>,
     topology: wgpu::PrimitiveTopology,
 }
@@ -101,7 +115,7 @@ struct Compiled {
 pub(super) struct Kernels {
     device: wgpu::Device,
     replaced: Mutex<HashMap<String, String>>,
-    modules: Mutex<HashMap<(&'static str, Precision), Arc<Compiled>>>,
+    modules: Mutex<HashMap<(&'static str, Build), Arc<Compiled>>>,
     kernels: Mutex<HashMap<KernelKey, Arc<Kernel>>>,
     samplers: [wgpu::Sampler; 2],
 }
@@ -140,18 +154,19 @@ impl Kernels {
         Ok(())
     }
 
-    fn module(&self, shader: &Shader, precision: Precision) -> Arc<Compiled> {
+    fn module(&self, shader: &Shader, build: Build) -> Arc<Compiled> {
         let mut modules = self.modules.lock().expect(UNPOISONED);
         let compile = || {
             let replaced = self.replaced.lock().expect(UNPOISONED);
             let source = replaced.get(shader.name).map_or(shader.source, String::as_str);
             // Embedded shaders are validated by the tests, replaced ones when they come in.
-            let module = Module::parse(shader.name, source, precision).unwrap_or_else(|e| panic!("{e}"));
+            let parse = if build.counts_reads { Module::parse_counting } else { Module::parse };
+            let module = parse(shader.name, source, build.precision).unwrap_or_else(|e| panic!("{e}"));
             let source = wgpu::ShaderSource::Wgsl(module.source.as_str().into());
             let descriptor = wgpu::ShaderModuleDescriptor { label: Some(shader.name), source };
             Arc::new(Compiled { shader: self.device.create_shader_module(descriptor), module })
         };
-        modules.entry((shader.name, precision)).or_insert_with(compile).clone()
+        modules.entry((shader.name, build)).or_insert_with(compile).clone()
     }
 
     fn kernel(&self, key: KernelKey, make: impl FnOnce(&KernelKey) -> Kernel) -> Arc<Kernel> {
@@ -164,16 +179,16 @@ impl Kernels {
         kernel
     }
 
-    pub(super) fn compute(&self, shader: &Shader, entry: &str, precision: Precision) -> Arc<Kernel> {
+    pub(super) fn compute(&self, shader: &Shader, entry: &str, build: Build) -> Arc<Kernel> {
         let key = KernelKey {
             shader: shader.name,
             entries: vec![entry.into()],
-            precision,
+            build,
             targets: Vec::new(),
             topology: wgpu::PrimitiveTopology::TriangleList,
         };
         self.kernel(key, |_| {
-            let compiled = self.module(shader, precision);
+            let compiled = self.module(shader, build);
             let name = format!("{}/{entry}", shader.name);
             let bindings = bindings(&compiled.module, entry);
             let mut sizes = compiled.module.entry_points().filter(|e| e.0 == entry).map(|e| e.1);
@@ -194,14 +209,14 @@ impl Kernels {
         &self,
         shader: &Shader,
         [vertex, fragment]: [&str; 2],
-        precision: Precision,
+        build: Build,
         topology: wgpu::PrimitiveTopology,
         targets: &[Target],
     ) -> Arc<Kernel> {
         let entries = vec![vertex.to_owned(), fragment.to_owned()];
-        let key = KernelKey { shader: shader.name, entries, precision, targets: targets.to_vec(), topology };
+        let key = KernelKey { shader: shader.name, entries, build, targets: targets.to_vec(), topology };
         self.kernel(key, |_| {
-            let compiled = self.module(shader, precision);
+            let compiled = self.module(shader, build);
             let name = format!("{}/{fragment}", shader.name);
             let mut all = bindings(&compiled.module, vertex);
             all.extend(bindings(&compiled.module, fragment));

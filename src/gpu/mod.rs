@@ -15,6 +15,7 @@ mod kernel;
 mod pool;
 mod radix_sort;
 mod readback;
+mod reads;
 mod wgsl;
 
 pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
@@ -26,6 +27,7 @@ pub use radix_sort::sort_pairs;
 pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
+use device::SOFTWARE;
 use glam::UVec2;
 use std::sync::Arc;
 
@@ -72,7 +74,9 @@ impl Gpu {
     pub fn from_device(adapter: &wgpu::AdapterInfo, device: wgpu::Device, queue: wgpu::Queue) -> Self {
         let kernels = kernel::Kernels::new(&device);
         let adapter = AdapterSummary::of(adapter);
-        let queries = device.features().contains(wgpu::Features::TIMESTAMP_QUERY).then(|| {
+        // See `timed_frame` on those of software.
+        let has_stamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && adapter.kind != SOFTWARE;
+        let queries = has_stamps.then(|| {
             let ty = wgpu::QueryType::Timestamp;
             device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("passes"),
@@ -102,6 +106,11 @@ impl Gpu {
     /// Which adapter this is.
     pub fn adapter(&self) -> &AdapterSummary {
         &self.0.adapter
+    }
+
+    /// Whether the adapter is a program on the processor.
+    pub fn is_software(&self) -> bool {
+        self.0.adapter.kind == SOFTWARE
     }
 
     /// Whether an optional feature is there.
@@ -152,6 +161,18 @@ impl Gpu {
     /// Starts a frame of work.
     pub fn frame(&self) -> Frame<'_> {
         Frame::new(self)
+    }
+
+    /// Starts a frame whose passes are timed one by one on every adapter.
+    ///
+    /// Software adapters have timestamps that say nothing: llvmpipe takes them when its
+    /// rasteriser gets to them, not when the compute work between them is done. There each
+    /// pass is submitted alone and waited for, and its time is the *processor time* of all
+    /// threads of this program meanwhile: what a software adapter costs, and unlike elapsed
+    /// time hardly touched by what else the machine does. Other adapters without timestamps
+    /// are timed by the clock.
+    pub fn timed_frame(&self) -> Frame<'_> {
+        Frame::timed_on_host(self)
     }
 
     /// Replaces the source of the shader called `name` from the next pass on; an invalid

@@ -1,5 +1,6 @@
 //! Shader sources: imports, validation and reflection, all without a GPU.
 
+use super::reads::counting_reads;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use std::collections::BTreeMap;
 
@@ -134,7 +135,15 @@ pub struct Module {
 impl Module {
     /// Parses and validates `source`, the text of the shader called `name`.
     pub fn parse(name: &str, source: &str, precision: Precision) -> Result<Self, ShaderError> {
-        let source = preprocess(name, source, precision)?;
+        Self::validated(name, preprocess(name, source, precision)?)
+    }
+
+    /// As [`Module::parse`], with every texture read counted (`gpu/reads.rs`).
+    pub fn parse_counting(name: &str, source: &str, precision: Precision) -> Result<Self, ShaderError> {
+        Self::validated(name, counting_reads(&preprocess(name, source, precision)?))
+    }
+
+    fn validated(name: &str, source: String) -> Result<Self, ShaderError> {
         let error = |message: String| ShaderError { name: name.into(), message };
         let module = naga::front::wgsl::parse_str(&source).map_err(|e| error(e.emit_to_string(&source)))?;
         let info = Validator::new(ValidationFlags::all(), Capabilities::all())

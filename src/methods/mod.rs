@@ -27,7 +27,7 @@ pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
 pub use multiview::Multiview;
 pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
-pub use pinhole::Pinhole;
+pub use pinhole::{Pinhole, copy_inner};
 pub use preblur::{Preblur, Ramp};
 pub use pyramid::Pyramid;
 pub use scatter::Scatter;

@@ -1,9 +1,18 @@
 //! `pinhole`: the input of every other method, everything sharp.
 
 use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Frame, Texture};
+use crate::gpu::{Frame, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::View;
+use crate::{shader, uniform};
+
+const COPY: Shader = shader!("copy");
+
+uniform! {
+    struct Copy {
+        overscan: u32,
+    }
+}
 
 /// The pinhole image, unblurred.
 #[derive(Clone, Debug, Default)]
@@ -41,11 +50,22 @@ impl Method for Pinhole {
 
 /// The pinhole image without its overscan: the drawn texture itself where there is none.
 pub(super) fn inner(frame: &mut Frame<'_>, view: &mut View) -> Texture {
-    let color = view.pinhole(frame).color;
     if view.overscan_px() == 0 {
-        return color;
+        return view.pinhole(frame).color;
     }
-    let inner = frame.texture("inner frame", view.size(), color.format());
-    frame.copy_part(&color, glam::UVec2::splat(view.overscan_px()), &inner);
-    inner
+    copy_inner(frame, view)
+}
+
+/// A copy of the pinhole image without its overscan, always by one pass over all pixels:
+/// what the cost of methods is measured by.
+pub fn copy_inner(frame: &mut Frame<'_>, view: &mut View) -> Texture {
+    let color = view.pinhole(frame).color;
+    let result = frame.color_texture("inner frame", view.size());
+    frame
+        .pass(&COPY, "copy_inner")
+        .uniform("copy", &Copy { overscan: view.overscan_px() })
+        .texture("color", &color)
+        .texture("result", &result)
+        .dispatch(result.size());
+    result
 }

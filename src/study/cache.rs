@@ -4,7 +4,8 @@
 //! that the image depends on, this build of the program included. A damaged entry counts
 //! as none.
 
-use super::{GpuSource, ReferenceRequest, Source, Truth};
+use super::reference::render_reference;
+use super::{GpuSource, Progress, Reference, ReferenceRequest, Source, StudyError, Truth};
 use crate::image_io::{self, ImageError};
 use crate::lens::Lens;
 use crate::scene::Scene;
@@ -76,6 +77,32 @@ fn hash_scene(scene: &Scene, state: &mut DefaultHasher) {
         (texture.size, texture.srgb, texture.wrap, &texture.rgba8).hash(state);
     }
     format!("{:?} {:?} {:?} {:?}", scene.instances, scene.materials, scene.lights, scene.environment).hash(state);
+}
+
+/// The truth of `view` from `cache` if it is there, else rendered and kept there. With it
+/// comes what kept it from being kept, which is no reason to do without it.
+///
+/// # Errors
+///
+/// Those of [`render_reference`].
+pub fn cached_reference(
+    cache: Option<&ReferenceCache>,
+    source: &GpuSource,
+    view: &mut View,
+    lens: &Lens,
+    request: &ReferenceRequest,
+    progress: &mut Progress<'_>,
+) -> Result<(Truth, Option<ImageError>), StudyError> {
+    let cache = cache.filter(|_| !matches!(request.reference, Reference::Method(_)));
+    let key = CacheKey::new(source, view, lens, request);
+    if let Some(truth) = cache.and_then(|cache| cache.load(key, request))
+        && truth.color.size == view.size()
+    {
+        return Ok((truth, None));
+    }
+    let truth = render_reference(source, view, lens, request, progress)?;
+    let problem = cache.and_then(|cache| cache.store(key, &truth).err());
+    Ok((truth, problem))
 }
 
 impl ReferenceCache {

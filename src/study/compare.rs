@@ -1,6 +1,7 @@
 //! All methods on one view: their images, their differences from the truth, their cost.
 
-use super::render::{gpu_ms, render};
+use super::render::render;
+use super::timing::{Rounds, RunTimes, Timed, time_all};
 use super::{Progress, StudyError, Truth, step};
 use crate::display::Display;
 use crate::gpu::{FrameStats, Gpu, PassTime};
@@ -22,34 +23,8 @@ pub struct CompareRequest<'a> {
     pub truth: Option<&'a Truth>,
     /// How images are shown.
     pub display: Display,
-    /// Runs of each method before the timed ones, which build pipelines and fill pools.
-    pub warmup: u32,
-    /// Timed runs of each method, at least 1.
-    pub runs: u32,
-}
-
-/// GPU times of one method over several runs, ms.
-#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize)]
-pub struct RunTimes {
-    /// The middle one, or the mean of the middle two.
-    pub median: f64,
-    /// The shortest.
-    pub min: f64,
-    /// The longest.
-    pub max: f64,
-    /// How many there were.
-    pub runs: u32,
-}
-
-impl RunTimes {
-    /// Statistics of `ms`; `None` for no times.
-    pub fn of(ms: &[f64]) -> Option<Self> {
-        let mut sorted = ms.to_vec();
-        sorted.sort_by(f64::total_cmp);
-        let (min, max) = (*sorted.first()?, *sorted.last()?);
-        let (low, high) = (sorted[(sorted.len() - 1) / 2], sorted[sorted.len() / 2]);
-        Some(Self { median: 0.5 * (low + high), min, max, runs: sorted.len() as u32 })
-    }
+    /// How times are taken.
+    pub rounds: Rounds,
 }
 
 /// What came of one method.
@@ -67,6 +42,8 @@ pub struct MethodResult {
     pub metrics: Option<Metrics>,
     /// GPU times; `None` where the adapter has no timestamps or there were too many passes.
     pub gpu_ms: Option<RunTimes>,
+    /// The same as multiples of the time that a copy of the image takes.
+    pub copy_ratio: Option<RunTimes>,
     /// Passes of the last run.
     pub passes: Vec<PassTime>,
     /// Counters of the last run.
@@ -74,10 +51,10 @@ pub struct MethodResult {
 }
 
 /// A method that was left out, and why.
-#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct NotRun {
     /// The method's id.
-    pub method: &'static str,
+    pub method: String,
     /// The reason.
     pub reason: String,
 }
@@ -89,6 +66,8 @@ pub struct Comparison {
     pub pinhole: ColorImage,
     /// Results in the order of the methods asked for.
     pub results: Vec<MethodResult>,
+    /// GPU times, ms, of copying the pinhole image, in the same rounds.
+    pub copy_ms: Option<RunTimes>,
 }
 
 /// A method's parameters by key, for JSON.
@@ -102,7 +81,7 @@ pub fn params_json(method: &dyn Method) -> Map<String, Value> {
 pub fn runnable(methods: Vec<Box<dyn Method>>, view: &View) -> (Vec<Box<dyn Method>>, Vec<NotRun>) {
     let (run, left): (Vec<_>, Vec<_>) = methods.into_iter().partition(|m| view.is_scene() || !m.about().needs_scene);
     let reason = "it needs a scene: an image with depth has no hidden surfaces and no other viewpoints";
-    let left = left.iter().map(|m| NotRun { method: m.about().id, reason: reason.into() }).collect();
+    let left = left.iter().map(|m| NotRun { method: m.about().id.into(), reason: reason.into() }).collect();
     (run, left)
 }
 
@@ -120,7 +99,10 @@ pub fn compare(
 ) -> Result<Comparison, StudyError> {
     // Drawn before the first method, to whose time it would otherwise be added.
     let pinhole = render(gpu, view, request.lens, &methods::Pinhole)?.color;
-    let mut results = time_all(gpu, view, request, progress)?;
+    let timed = time_all(gpu, view, request.lens, request.methods, request.rounds, progress)?;
+    let copy_ms = timed.copy_ms;
+    let methods = request.methods.iter().zip(timed.methods);
+    let mut results: Vec<_> = methods.map(|(method, timed)| result_of(method.as_ref(), timed)).collect();
     if let Some(truth) = request.truth {
         let depth_m = view.depth_m(gpu);
         let coc = request.lens.coc();
@@ -129,56 +111,22 @@ pub fn compare(
         add_metrics(&mut results, &pinhole, &coc_px, truth, request.display)?;
         step(progress, "metrics", 1, 1)?;
     }
-    Ok(Comparison { pinhole, results })
+    Ok(Comparison { pinhole, results, copy_ms })
 }
 
-fn time_all(
-    gpu: &Gpu,
-    view: &mut View,
-    request: &CompareRequest<'_>,
-    progress: &mut Progress<'_>,
-) -> Result<Vec<MethodResult>, StudyError> {
-    let rounds = request.warmup + request.runs.max(1);
-    let mut times: Vec<Vec<f64>> = vec![Vec::new(); request.methods.len()];
-    let mut results = Vec::new();
-    for round in 0..rounds {
-        for (index, method) in request.methods.iter().enumerate() {
-            step(progress, method.about().id, round, rounds)?;
-            if round + 1 == rounds {
-                let result = result_of(gpu, view, request.lens, method.as_ref())?;
-                times[index].extend(gpu_ms(&result.passes, &result.stats));
-                results.push(MethodResult { gpu_ms: RunTimes::of(&times[index]), ..result });
-            } else {
-                let ms = time_once(gpu, view, request.lens, method.as_ref())?;
-                times[index].extend(ms.filter(|_| round >= request.warmup));
-            }
-        }
-    }
-    Ok(results)
-}
-
-/// GPU time, ms, of a run whose image nobody looks at.
-fn time_once(gpu: &Gpu, view: &mut View, lens: &Lens, method: &dyn Method) -> Result<Option<f64>, StudyError> {
-    let mut frame = gpu.frame();
-    let failed = |source| StudyError::Method { method: method.about().id, source };
-    methods::record(method, &mut frame, view, lens).map_err(failed)?;
-    let submitted = frame.finish();
-    Ok(gpu_ms(&submitted.timings.wait(), &submitted.stats))
-}
-
-fn result_of(gpu: &Gpu, view: &mut View, lens: &Lens, method: &dyn Method) -> Result<MethodResult, StudyError> {
-    let rendered = render(gpu, view, lens, method)?;
+fn result_of(method: &dyn Method, timed: Timed) -> MethodResult {
     let about = method.about();
-    Ok(MethodResult {
+    MethodResult {
         method: about.id,
         title: about.title,
         params: params_json(method),
-        color: rendered.color,
+        color: timed.rendered.color,
         metrics: None,
-        gpu_ms: None,
-        passes: rendered.passes,
-        stats: rendered.stats,
-    })
+        gpu_ms: timed.gpu_ms,
+        copy_ratio: timed.copy_ratio,
+        passes: timed.rendered.passes,
+        stats: timed.rendered.stats,
+    }
 }
 
 fn add_metrics(

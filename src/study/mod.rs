@@ -1,6 +1,7 @@
 //! What the instrument does with its parts: opens something to look at, renders it with
 //! every method, and measures how far each is from the truth and what it costs.
 
+pub mod bench;
 pub mod cache;
 pub mod compare;
 pub mod reference;
@@ -8,6 +9,7 @@ pub mod render;
 pub mod report;
 pub mod results;
 pub mod source;
+pub mod timing;
 
 pub use compare::{CompareRequest, Comparison, MethodResult};
 pub use reference::{Reference, ReferenceRequest, Truth};

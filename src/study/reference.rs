@@ -169,14 +169,14 @@ pub fn accumulate(
     let (mut passes, mut stats) = (Vec::new(), FrameStats::default());
     while run.count() < request.samples {
         step(progress, "accumulation", run.count(), request.samples)?;
-        let mut frame = gpu.frame();
+        let mut frame = gpu.timed_frame();
         frame.set_prefix("accumulation/");
         run.advance(&mut frame, view, lens, VIEWS_PER_STEP.min(request.samples - run.count())).map_err(failed)?;
         // Waiting keeps the count honest and the work that cannot be stopped any more short.
         add(frame, &mut passes, &mut stats);
     }
     step(progress, "accumulation", run.count(), request.samples)?;
-    let mut frame = gpu.frame();
+    let mut frame = gpu.timed_frame();
     frame.set_prefix("accumulation/");
     let mean = run.mean(&mut frame);
     add(frame, &mut passes, &mut stats);

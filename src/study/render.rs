@@ -31,7 +31,7 @@ impl Rendered {
 ///
 /// What the method says.
 pub fn render(gpu: &Gpu, view: &mut View, lens: &Lens, method: &dyn Method) -> Result<Rendered, StudyError> {
-    let mut frame = gpu.frame();
+    let mut frame = gpu.timed_frame();
     let texture = methods::record(method, &mut frame, view, lens)
         .map_err(|source| StudyError::Method { method: method.about().id, source })?;
     let submitted = frame.finish();
@@ -39,9 +39,10 @@ pub fn render(gpu: &Gpu, view: &mut View, lens: &Lens, method: &dyn Method) -> R
     Ok(Rendered { color: download(gpu, &texture), passes, stats: submitted.stats })
 }
 
-/// Sum of the passes' GPU times, ms; `None` without timestamps, and where there were more
-/// passes than could be timed: the sum would be too small.
+/// Sum of the passes' GPU times, ms, 0 where nothing had to be done; `None` without
+/// timestamps, and where there were more passes than could be timed: the sum would be too
+/// small.
 pub(super) fn gpu_ms(passes: &[PassTime], stats: &FrameStats) -> Option<f64> {
-    let all_timed = !passes.is_empty() && passes.len() as u64 == stats.passes;
+    let all_timed = passes.len() as u64 == stats.passes;
     all_timed.then(|| passes.iter().map(|pass| pass.ms).sum())
 }

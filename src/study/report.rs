@@ -154,6 +154,14 @@ fn measures() -> Vec<Measure> {
         measure("FLIP", "", "Mean perceived difference, 0 for equal images.", |r| r.metrics.flip, 4, false),
         measure("relMSE", "", "Relative squared error of linear values.", |r| r.metrics.rel_mse, 5, false),
         measure("GPU time", "ms", "Median over the runs.", |r| r.gpu_ms.map(|t| t.median), 3, false),
+        measure(
+            "copies",
+            "",
+            "GPU time over that of a copy of the image in the same runs.",
+            |r| r.copy_ratio.map(|t| t.median),
+            2,
+            false,
+        ),
     ]
 }
 
@@ -268,7 +276,7 @@ fn data_uri(image: &Image<[u8; 3]>) -> std::io::Result<String> {
 }
 
 /// A colour map as stops of a CSS gradient.
-fn gradient(map: ColorMap) -> String {
+pub(super) fn gradient(map: ColorMap) -> String {
     let stop = |i: u8| {
         let [r, g, b] = map.srgb8(f32::from(i) / 16.0);
         format!("rgb({r} {g} {b})")

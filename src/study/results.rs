@@ -1,12 +1,13 @@
 //! Results as JSON: the shapes that scripts rely on. A value that does not exist is null,
 //! never 0 or infinity.
 
+use super::timing::RunTimes;
 use super::{Comparison, MethodResult, Rendered, Truth, compare};
 use crate::gpu::{FrameStats, Gpu, PassTime};
 use crate::lens::{CocStatistics, Lens};
 use crate::metrics::Metrics;
 use glam::UVec2;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 use std::collections::BTreeMap;
 
@@ -88,7 +89,7 @@ impl Setting {
 }
 
 /// What was drawn.
-#[derive(Clone, Copy, Debug, Serialize)]
+#[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub struct Drawn {
     /// Triangles sent to the rasteriser.
     pub triangles: u64,
@@ -97,7 +98,7 @@ pub struct Drawn {
 }
 
 /// What making an image took, beside time.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Work {
     /// What was drawn.
     pub drawn: Drawn,
@@ -160,6 +161,8 @@ pub struct CompareJson {
     pub reference: Option<ReferenceJson>,
     /// What came of each method.
     pub results: Vec<ResultJson>,
+    /// GPU times, ms, of a copy of the pinhole image in the same rounds.
+    pub copy_ms: Option<RunTimes>,
     /// Methods left out, with the reason.
     pub not_run: Vec<compare::NotRun>,
 }
@@ -186,14 +189,16 @@ pub struct ResultJson {
     #[serde(flatten)]
     pub metrics: MetricsJson,
     /// GPU times.
-    pub gpu_ms: Option<compare::RunTimes>,
+    pub gpu_ms: Option<RunTimes>,
+    /// The same as multiples of the time that a copy of the image takes.
+    pub copy_ratio: Option<RunTimes>,
     /// What else the last run took.
     #[serde(flatten)]
     pub work: Work,
 }
 
 /// Differences between two images; all null where there is nothing to compare with.
-#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct MetricsJson {
     /// Whether all pixels are equal.
     pub identical: Option<bool>,
@@ -235,6 +240,7 @@ impl From<&MethodResult> for ResultJson {
             params: result.params.clone(),
             metrics: result.metrics.as_ref().map(MetricsJson::from).unwrap_or_default(),
             gpu_ms: result.gpu_ms,
+            copy_ratio: result.copy_ratio,
             work: Work::from(&result.stats),
         }
     }
@@ -254,6 +260,7 @@ impl CompareJson {
             setting,
             reference: truth.map(reference),
             results: comparison.results.iter().map(ResultJson::from).collect(),
+            copy_ms: comparison.copy_ms,
             not_run,
         }
     }

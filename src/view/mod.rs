@@ -245,6 +245,16 @@ impl View {
         Ok(())
     }
 
+    /// Draws everything anew when it is next asked for, as if the camera had moved.
+    pub fn redraw(&mut self) {
+        // A pinhole image that was handed in, and what follows from it, stays.
+        if self.is_scene() {
+            self.pinhole = None;
+            self.peeled = None;
+            self.kept.clear();
+        }
+    }
+
     fn forget(&mut self) {
         self.pinhole = None;
         self.peeled = None;
