@@ -235,13 +235,17 @@ fn blend_levels(fine: vec3f, coarse: vec3f, beta: f32) -> vec3f {
     return mix(fine, coarse, beta);
 }
 
+/// Below this level a pixel is left as it is: a lens with a CoC of IN_FOCUS_COC_PX
+/// (src/methods/mod.rs) has a variance of (0.05 px / 4)^2, 0.0003 of the first level's.
+const LEAST_LEVEL = 3e-4;
+
 /// Equation (8): levels l-1 and l with l = floor(m), through the circular filter.
 fn interpolate(at: vec2f, m: f32) -> vec3f {
     let top = f32(params.levels) + 0.999;
     let level = clamp(m, 0.0, top);
     if level < 1.0 {
         // Below the first level the filter fades in over the sharp image.
-        if level <= 0.0 {
+        if level <= LEAST_LEVEL {
             return image_at(at);
         }
         return blend_levels(image_at(at), filtered(at, 0u, 0.0, 1.0), level);
@@ -275,17 +279,78 @@ fn interpolate_sharp(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, id.xy, vec4f(interpolate(at, level_of_dob(sigma)), 1.0));
 }
 
+/// Pixels on a side of a workgroup.
+const TILE = 8;
+
+/// Texels of the top level that the circular filter reads from a tile, on a side: where
+/// they are smallest, 2 px, the tile is 4 wide, the filter reaches 1 to either side and
+/// the bilinear reads one more.
+const TOP_SIDE = 9;
+
+/// The top level's DoN around the tile.
+var<workgroup> top_rho: array<f32, 81>;
+
+/// Whether any of it is not 0.
+var<workgroup> some_rho: atomic<u32>;
+
+/// Position in texels of the top level, from the centre of its first.
+fn top_texels(at: vec2f) -> vec2f {
+    return (at + vec2f(params.padding)) * exp2(-f32(params.levels)) - 0.5;
+}
+
+/// First texel of the top level that a tile beginning at `corner`, px, reads.
+fn first_top_texel(corner: vec2f) -> vec2i {
+    return vec2i(floor(top_texels(corner + 0.5) - 1.0));
+}
+
+fn load_top_rho(first: vec2i, index: i32) {
+    let texel = clamp_to_image(first + vec2i(index % TOP_SIDE, index / TOP_SIDE), textureDimensions(blur_pyramid, params.levels - 1u));
+    let rho = textureLoad(blur_pyramid, texel, params.levels - 1u).z;
+    top_rho[index] = rho;
+    if rho > 0.0 {
+        atomicOr(&some_rho, 1u);
+    }
+}
+
+/// The top level's DoN through the circular filter: as `smooth_blur_at`, from what the tile
+/// has read.
+fn smooth_top_rho(at: vec2f, first: vec2i) -> f32 {
+    let centre = top_texels(at) - vec2f(first);
+    var sum = 0.0;
+    for (var i = 0u; i < 9u; i++) {
+        let t = tap(i);
+        let p = centre + t.xy;
+        let corner = vec2i(floor(p));
+        let w = p - floor(p);
+        let index = corner.y * TOP_SIDE + corner.x;
+        let upper = mix(top_rho[index], top_rho[index + 1], w.x);
+        let lower = mix(top_rho[index + TOP_SIDE], top_rho[index + TOP_SIDE + 1], w.x);
+        sum += t.z * mix(upper, lower, w.y);
+    }
+    return sum;
+}
+
 /// As above, with the DoB of foreground and its surroundings smoothed (section 5).
 @compute @workgroup_size(8, 8)
-fn interpolate_smoothed(@builtin(global_invocation_id) id: vec3u) {
+fn interpolate_smoothed(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_index) local: u32,
+) {
+    let first = first_top_texel(vec2f(group.xy * u32(TILE)) + f32(params.overscan));
+    load_top_rho(first, i32(local));
+    if local < 17u {
+        load_top_rho(first, 64 + i32(local));
+    }
+    workgroupBarrier();
     let at = vec2f(id.xy) + 0.5 + f32(params.overscan);
-    let top = f32(params.levels);
-    let rho = smooth_blur_at(at, top).z;
-    // Equation (11): 0 for background and focused pixels, whose rho is 0.
-    let n = min(level_of_dob(rho), top);
     var sigma = blur_at(at, 0.0).y;
-    if n > 0.0 {
-        sigma = smooth_blur_at(at, n).y;
+    if atomicLoad(&some_rho) != 0u {
+        // Equation (11): 0 for background and focused pixels, whose rho is 0.
+        let n = min(level_of_dob(smooth_top_rho(at, first)), f32(params.levels));
+        if n > 0.0 {
+            sigma = smooth_blur_at(at, n).y;
+        }
     }
     textureStore(result, id.xy, vec4f(interpolate(at, level_of_dob(sigma)), 1.0));
 }
