@@ -132,6 +132,13 @@ pub struct CocStatistics {
     pub max_signed_px: f64,
 }
 
+impl CocStatistics {
+    /// Greatest CoC diameter |c|, px.
+    pub fn greatest_px(&self) -> f64 {
+        self.min_signed_px.abs().max(self.max_signed_px.abs())
+    }
+}
+
 impl Lens {
     /// A lens with a closed aperture: no blur at any depth.
     pub const PINHOLE: Self = Self {

@@ -1,7 +1,12 @@
 //! The commands and which options each takes.
 
-use super::options::{CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions};
+use super::bench::{parse_shard, parse_table};
+use super::options::{
+    CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_size,
+};
 use clap::{Args, Parser, Subcommand};
+use defocus::study::bench::{PaperTable, Shard};
+use glam::UVec2;
 use std::path::PathBuf;
 
 /// A depth-of-field instrument: published real-time methods beside a reference, what they
@@ -31,6 +36,8 @@ pub enum Command {
     Compare(Box<CompareArgs>),
     /// Metrics of two images of the same size
     Diff(DiffArgs),
+    /// Run time against error over methods, scenes, sizes and blurs; the papers' tables
+    Bench(Box<BenchArgs>),
     /// List the methods with their parameters
     Methods(ListArgs),
     /// List the built-in scenes
@@ -99,6 +106,85 @@ pub struct CompareArgs {
     pub display: DisplayOptions,
     #[command(flatten)]
     pub run: RunOptions,
+}
+
+/// `defocus bench`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct BenchArgs {
+    /// What to do instead of measuring
+    #[command(subcommand)]
+    pub action: Option<BenchAction>,
+    /// Reproduce a paper's table: tvcg-fig14, tvcg-table1, pg-table1, siga-table1 or grapp
+    #[arg(long, value_name = "NAME", value_parser = parse_table, conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "settings", "sweeps"])]
+    pub table: Option<PaperTable>,
+    /// Fewer and smaller images, fewer runs; a table stops after 4 minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// The methods, separated by commas, or all [default: all but pinhole]
+    #[arg(long, value_name = "A,B|all")]
+    pub methods: Option<String>,
+    /// Set a parameter of a method in all its variants (repeatable)
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Try these values of a parameter instead of those that its method suggests (repeatable)
+    #[arg(long = "sweep", value_name = "[ID.]KEY=VALUE,...")]
+    pub sweeps: Vec<String>,
+    /// Built-in scenes or files, separated by commas, or all [default: all; quick: cans,atrium]
+    #[arg(long, value_name = "A,B|all")]
+    pub scenes: Option<String>,
+    /// Image sizes, px [default: 512x384,1024x768,1920x1080,3840x2160; quick: 256x192]
+    #[arg(long, value_name = "WxH,...", value_delimiter = ',', value_parser = parse_size)]
+    pub sizes: Vec<UVec2>,
+    /// Mean CoC diameters, px [default: 4,8,16,32,64,128; quick: 4,16,64]
+    #[arg(long = "coc", value_name = "PX,...", value_delimiter = ',')]
+    pub cocs: Vec<f64>,
+    /// Lens points of the reference [default: 1024; quick: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: Option<u32>,
+    /// Timed runs of each variant [default: 9; quick: 3]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: Option<u32>,
+    /// Runs of each variant before the timed ones [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub warmup: Option<u32>,
+    /// Draw the scene anew for each run, as while the camera moves
+    #[arg(long)]
+    pub redraw: bool,
+    /// Also count the texture reads of each variant, in a run that is not timed
+    #[arg(long)]
+    pub count_reads: bool,
+    /// Stop after this time; the same command later goes on
+    #[arg(long, value_name = "MINUTES")]
+    pub budget: Option<f64>,
+    /// Measure part I of N; put the parts together with `defocus bench merge`
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Shard>,
+    /// Folder for results and report; one that holds a part of them is continued
+    #[arg(short, long, value_name = "DIR", default_value = "out/bench")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub cache: CacheOptions,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What else `defocus bench` does.
+#[derive(Debug, Subcommand)]
+pub enum BenchAction {
+    /// Put the folders of several shards together
+    Merge(MergeArgs),
+}
+
+/// `defocus bench merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// The folders
+    #[arg(required = true, value_name = "DIR")]
+    pub parts: Vec<PathBuf>,
+    /// Folder for the whole
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
 }
 
 /// `defocus diff`.

@@ -1,6 +1,7 @@
 //! The command line: it does what the window does, without one.
 
 mod args;
+mod bench;
 mod compare;
 mod diff;
 mod list;
@@ -33,6 +34,7 @@ fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Render(args)) => render::run(args),
         Some(Command::Compare(args)) => compare::run(args),
         Some(Command::Diff(args)) => diff::run(args),
+        Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),
         Some(Command::Scenes(args)) => list::scenes(args.json),
         Some(Command::Lenses(args)) => list::lenses(args.json),

@@ -62,7 +62,8 @@ impl Method for Accumulation {
 
     fn params(&mut self) -> Vec<Param<'_>> {
         vec![
-            Param::int("samples", "Lens points", "", &mut self.samples, (1, 4096), "Views over the lens."),
+            Param::int("samples", "Lens points", "", &mut self.samples, (1, 4096), "Views over the lens.")
+                .trading(&["8", "32", "128"]),
             Param::switch(
                 "view_dependent",
                 "View-dependent shading",

@@ -12,6 +12,9 @@ pub struct Param<'a> {
     pub help: &'static str,
     /// The value with its range.
     pub value: Value<'a>,
+    /// Values, as text, between which quality is traded for time: what a benchmark tries.
+    /// Empty for a parameter that is no such trade.
+    pub trade: &'static [&'static str],
 }
 
 /// A borrowed value with its range.
@@ -83,7 +86,7 @@ impl<'a> Param<'a> {
         range: (f32, f32),
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Float { value, range, unit } }
+        Self { key, label, help, value: Value::Float { value, range, unit }, trade: &[] }
     }
 
     /// A whole number in `range`.
@@ -95,12 +98,12 @@ impl<'a> Param<'a> {
         range: (u32, u32),
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Int { value, range, unit } }
+        Self { key, label, help, value: Value::Int { value, range, unit }, trade: &[] }
     }
 
     /// On or off.
     pub fn switch(key: &'static str, label: &'static str, value: &'a mut bool, help: &'static str) -> Self {
-        Self { key, label, help, value: Value::Switch(value) }
+        Self { key, label, help, value: Value::Switch(value), trade: &[] }
     }
 
     /// One of `names`.
@@ -111,7 +114,12 @@ impl<'a> Param<'a> {
         names: &'static [&'static str],
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Choice { value, names } }
+        Self { key, label, help, value: Value::Choice { value, names }, trade: &[] }
+    }
+
+    /// Sets [`Param::trade`].
+    pub fn trading(self, values: &'static [&'static str]) -> Self {
+        Self { trade: values, ..self }
     }
 
     /// What values are accepted, in words.

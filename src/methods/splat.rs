@@ -175,7 +175,8 @@ impl Method for Splat {
                 "Quarter-area sprites",
                 &mut self.accelerate,
                 "One sprite for four pixels where C is 4 px or more and nothing is partially occluded, section 5.",
-            ),
+            )
+            .trading(&["off", "on"]),
             Param::switch(
                 "highlights",
                 "Expand highlights",

@@ -132,7 +132,8 @@ impl Method for Adaptive {
                 &mut self.points,
                 POINTS,
                 "Lens rays a pixel. Neighbours use others, and the filter over them makes up for most of the difference.",
-            ),
+            )
+            .trading(POINTS),
             Param::int(
                 "layers",
                 "Layers",

@@ -125,7 +125,8 @@ impl Method for Multiview {
 
     fn params(&mut self) -> Vec<Param<'_>> {
         vec![
-            Param::int("samples", "Lens points", "", &mut self.samples, (8, 256), "Rays per pixel."),
+            Param::int("samples", "Lens points", "", &mut self.samples, (8, 256), "Rays per pixel.")
+                .trading(&["16", "32", "64", "128"]),
             Param::int(
                 "slabs",
                 "Most slabs",

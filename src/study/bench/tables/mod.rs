@@ -1,0 +1,159 @@
+//! The papers' tables on the scenes of this program: what they say beside what is measured.
+//!
+//! Frame rates of 2006 to 2011 mean nothing on another adapter, so what is compared is what
+//! a table says about the methods among themselves.
+
+mod grapp;
+mod pg;
+mod siga;
+mod tvcg;
+
+use super::plan::{Blur, Plan, Variant};
+use super::results::{BenchResults, CellResult};
+use serde::Serialize;
+
+/// A table or figure of one of the papers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PaperTable {
+    /// TVCG 2009, Fig. 14: four methods over the mean CoC.
+    TvcgFig14,
+    /// TVCG 2009, Table 1: texture look-ups.
+    TvcgTable1,
+    /// Pacific Graphics 2008, Table 1: splatting with and without acceleration.
+    PgTable1,
+    /// SIGGRAPH Asia 2009, Table 1: views, layers and triangles.
+    SigaTable1,
+    /// GRAPP 2011, section 5: the opaque image blur against the pyramidal one.
+    Grapp,
+}
+
+/// All of them, by what they are called on the command line.
+pub const ALL: [(&str, PaperTable); 5] = [
+    ("tvcg-fig14", PaperTable::TvcgFig14),
+    ("tvcg-table1", PaperTable::TvcgTable1),
+    ("pg-table1", PaperTable::PgTable1),
+    ("siga-table1", PaperTable::SigaTable1),
+    ("grapp", PaperTable::Grapp),
+];
+
+/// A table beside its measurement.
+#[derive(Clone, Debug, Serialize)]
+pub struct Comparison {
+    /// Which table, of which paper, and what it is about.
+    pub title: String,
+    /// What was measured, on what, and what stands in for the paper's scenes.
+    pub setting: String,
+    /// Column heads; the first is of the rows' names.
+    pub columns: Vec<String>,
+    /// Rows.
+    pub rows: Vec<Vec<String>>,
+    /// What the paper says, and what is measured of it.
+    pub claims: Vec<Claim>,
+    /// Why the two differ, and how to read the numbers.
+    pub notes: Vec<String>,
+}
+
+/// Something that a paper says.
+#[derive(Clone, Debug, Serialize)]
+pub struct Claim {
+    /// What it says.
+    pub paper: String,
+    /// What was measured.
+    pub measured: String,
+    /// Whether that agrees; `None` where it could not be measured.
+    pub holds: Option<bool>,
+    /// Why not, if it does not.
+    pub reason: String,
+}
+
+impl PaperTable {
+    /// What to measure. `quick` caps scenes, sizes, lens points and runs.
+    pub fn plan(self, quick: bool) -> Plan {
+        match self {
+            Self::TvcgFig14 => tvcg::fig14_plan(quick),
+            Self::TvcgTable1 => tvcg::table1_plan(quick),
+            Self::PgTable1 => pg::plan(quick),
+            Self::SigaTable1 => siga::plan(quick),
+            Self::Grapp => grapp::plan(quick),
+        }
+    }
+
+    /// What came of it, beside the paper.
+    pub fn compared(self, results: &BenchResults) -> Comparison {
+        match self {
+            Self::TvcgFig14 => tvcg::fig14(results),
+            Self::TvcgTable1 => tvcg::table1(results),
+            Self::PgTable1 => pg::compared(results),
+            Self::SigaTable1 => siga::compared(results),
+            Self::Grapp => grapp::compared(results),
+        }
+    }
+}
+
+impl Claim {
+    fn new(paper: &str, measured: String, holds: Option<bool>, reason: &str) -> Self {
+        let reason = if holds == Some(false) { reason.into() } else { String::new() };
+        Self { paper: paper.into(), measured, holds, reason }
+    }
+}
+
+/// A plan with what all tables have alike.
+fn plan(scenes: &[&str], size: [u32; 2], blurs: Vec<Blur>, variants: Vec<Variant>) -> Plan {
+    Plan {
+        scenes: scenes.iter().map(|s| (*s).to_owned()).collect(),
+        sizes: vec![size],
+        blurs,
+        variants,
+        reference_samples: Some(1024),
+        reference_only_at: None,
+        warmup: 1,
+        runs: 9,
+        redraw: false,
+        count_reads: false,
+        error_maps: false,
+    }
+}
+
+/// A number, or a dash where there is none.
+fn cell_text(value: Option<f64>, decimals: usize) -> String {
+    value.map_or_else(|| "–".into(), |v| format!("{v:.decimals$}"))
+}
+
+/// Time in ms and as a multiple of the copy's.
+fn time_text(cell: Option<&CellResult>, label: &str) -> String {
+    let variant = cell.and_then(|c| c.variant(label));
+    match variant.and_then(|v| Some((v.ms()?, v.ratio()?))) {
+        Some((ms, ratio)) => format!("{ms:.2} ms ({ratio:.1}x)"),
+        None => "–".into(),
+    }
+}
+
+/// Multiple of the copy's time.
+fn ratio(cell: Option<&CellResult>, label: &str) -> Option<f64> {
+    cell?.variant(label)?.ratio()
+}
+
+/// Geometric mean; `None` of nothing.
+fn geometric_mean(values: impl IntoIterator<Item = f64>) -> Option<f64> {
+    let logarithms: Vec<f64> = values.into_iter().map(f64::ln).collect();
+    (!logarithms.is_empty()).then(|| (logarithms.iter().sum::<f64>() / logarithms.len() as f64).exp())
+}
+
+fn owned<const N: usize>(texts: [&str; N]) -> Vec<String> {
+    texts.map(str::to_owned).to_vec()
+}
+
+/// Size, adapter, runs and how much of the plan was measured, in words.
+fn setting(results: &BenchResults) -> String {
+    let plan = &results.plan;
+    let sizes: Vec<String> = plan.sizes.iter().map(|[w, h]| format!("{w}x{h} px")).collect();
+    let adapter = results.cells.first().map_or("nothing measured yet", |c| &c.adapter);
+    let mut text = format!("{}, {adapter}, median of {} runs", sizes.join(", "), plan.runs);
+    if let Some(samples) = plan.reference_samples {
+        text += &format!(", reference of {samples} lens points");
+    }
+    if results.cells.len() < results.cells_wanted {
+        text += &format!("; {} of {} cells measured", results.cells.len(), results.cells_wanted);
+    }
+    text
+}

@@ -1,0 +1,165 @@
+//! `defocus bench`: that it goes on where it stopped, that parts make the whole, that it
+//! keeps to its time, and that reads are counted rightly.
+
+mod common;
+
+use common::gpu;
+use defocus::methods::{self, Method, Mipmap};
+use defocus::study::bench::plan::{Trade, variants};
+use defocus::study::bench::tables;
+use defocus::study::bench::{BenchRun, Blur, Plan, Shard, Store, StoreError, Variant};
+use defocus::view::View;
+use glam::{UVec2, Vec3, uvec2};
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+fn small_plan() -> Plan {
+    Plan {
+        scenes: vec!["mirrors".into(), "forest".into()],
+        sizes: vec![[48, 36]],
+        blurs: vec![Blur::MeanCocPx(2.0), Blur::MeanCocPx(4.0)],
+        variants: vec![
+            Variant::of("mipmap"),
+            Variant::of("multiview").with("samples", 8),
+            Variant::of("accumulation").with("samples", 16),
+        ],
+        reference_samples: Some(8),
+        reference_only_at: None,
+        warmup: 0,
+        runs: 1,
+        redraw: false,
+        count_reads: true,
+        error_maps: true,
+    }
+}
+
+fn run(plan: &Plan, folder: &std::path::Path, shard: Shard, deadline: Option<Instant>) -> (usize, usize, usize) {
+    let store = Store::open(folder, plan).expect("a folder of its own");
+    let bench = BenchRun { plan, shard, store: &store, cache: None, deadline };
+    let outcome = bench.run(gpu(), &mut |_| ControlFlow::Continue(())).expect("it measures");
+    (outcome.measured, outcome.found, outcome.left)
+}
+
+#[test]
+fn shards_make_the_whole_and_nothing_is_measured_twice() {
+    let plan = small_plan();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let parts = [1, 2].map(|number| (folder.path().join(number.to_string()), Shard { number, of: 2 }));
+    for (part, shard) in &parts {
+        assert_eq!(run(&plan, part, *shard, None), (2, 0, 0));
+        assert_eq!(run(&plan, part, *shard, None), (0, 2, 0), "the second time everything is there");
+    }
+    let parts: Vec<_> = parts.iter().map(|(part, _)| part.clone()).collect();
+    let (merged, of_plan) = Store::merge(&parts, &folder.path().join("whole")).expect("they fit");
+    assert_eq!(of_plan, plan);
+    let results = merged.results(&plan).expect("it reads");
+    assert_eq!((results.cells.len(), results.cells_wanted), (4, 4));
+
+    let scene = results.cell("mirrors", plan.blurs[1]).expect("the cell is there");
+    assert!((scene.mean_coc_px - 4.0).abs() < 1e-6, "{}", scene.mean_coc_px);
+    let [mipmap, multiview, accumulation] = ["mipmap", "multiview samples=8", "accumulation samples=16"]
+        .map(|label| scene.variant(label).unwrap_or_else(|| panic!("{label} is there")));
+    // The reference itself has half of these lens points.
+    assert!(
+        accumulation.defocused_db() > mipmap.defocused_db(),
+        "{:?} {:?}",
+        accumulation.defocused_db(),
+        mipmap.defocused_db()
+    );
+    assert!(multiview.reads_per_px > mipmap.reads_per_px);
+    let map = mipmap.flip_map.as_ref().expect("a scene has a reference to err from");
+    assert!(merged.folder().join(map).is_file());
+
+    let image = results.cell("forest", plan.blurs[0]).expect("the cell is there");
+    assert_eq!(image.not_run.len(), 1, "an image has no other viewpoints for accumulation");
+    assert_eq!(image.variants[0].defocused_db(), None, "nor a reference");
+
+    let csv = String::from_utf8(results.csv().expect("CSV")).expect("UTF-8");
+    assert_eq!(csv.lines().count(), 1 + 2 * 3 + 2 * 2);
+}
+
+#[test]
+fn the_deadline_is_kept_and_other_plans_are_refused() {
+    let plan = small_plan();
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    assert_eq!(run(&plan, folder.path(), Shard::WHOLE, Some(Instant::now())), (0, 0, 4));
+    let other = Plan { runs: 3, ..plan };
+    assert!(matches!(Store::open(folder.path(), &other), Err(StoreError::OtherPlan { .. })));
+}
+
+#[test]
+fn copies_read_one_texel_a_pixel() {
+    let (size, depth) = (uvec2(20, 12), 3.0);
+    let mut view = image_view(size, depth);
+    let mut frame = gpu().frame();
+    let reads = frame.count_texture_reads();
+    methods::copy_inner(&mut frame, &mut view);
+    let counted: Vec<u32> = frame.read_buffer(&reads);
+    // 8x8 groups also run beyond the image, where they read as well: 3 x 2 groups.
+    assert_eq!(counted, [3 * 2 * 64]);
+}
+
+#[test]
+fn counting_changes_no_image() {
+    let lens = common::lens(8.0, 1.0);
+    for method in methods::all() {
+        let mut view = image_view(uvec2(24, 16), 2.0);
+        if method.about().needs_scene {
+            continue;
+        }
+        let [plain, counted] = [false, true].map(|counts| {
+            let mut frame = gpu().frame();
+            let reads = counts.then(|| frame.count_texture_reads());
+            let image = methods::record(method.as_ref(), &mut frame, &mut view, &lens).expect("it renders");
+            let count = reads.map(|reads| frame.read_buffer::<u32>(&reads));
+            frame.finish();
+            (defocus::gpu::download(gpu(), &image), count)
+        });
+        let id = method.about().id;
+        // Atomic additions of floats, which scatter methods use, depend on their order.
+        let greatest = plain.0.pixels.iter().zip(&counted.0.pixels).map(|(a, b)| (*a - *b).abs().max_element());
+        let greatest = greatest.fold(0.0, f32::max);
+        assert!(greatest <= 1e-3, "{id}: {greatest}");
+        let reads = counted.1.expect("they were counted")[0];
+        assert_eq!(reads == 0, id == "pinhole", "{id}: {reads} reads");
+    }
+}
+
+fn image_view(size: UVec2, depth_m: f32) -> View {
+    let color = defocus::image::Image::from_fn(size, |x, y| Vec3::new(x as f32, y as f32, 3.0) / size.x as f32);
+    let depth = defocus::image::Image::filled(size, depth_m);
+    View::of_image(gpu(), &color, &depth, 1.0).expect("a small image")
+}
+
+#[test]
+fn methods_say_how_they_trade_time_for_quality() {
+    let chosen: Vec<Box<dyn Method>> =
+        vec![Box::new(Mipmap { k: 0.5, ..Mipmap::default() }), methods::by_id("multiview").unwrap()];
+    let labels = |trades: &[Trade]| -> Vec<String> {
+        variants(&chosen, trades).expect("they exist").iter().map(Variant::label).collect()
+    };
+    let own = labels(&[]);
+    assert_eq!(own[..2], ["mipmap k=0.5", "multiview"]);
+    assert!(own.contains(&"multiview samples=16".into()) && !own.contains(&"multiview samples=64".into()), "{own:?}");
+    let samples = Trade { method: None, key: "samples".into(), values: vec!["9".into()] };
+    assert_eq!(labels(&[samples]), ["mipmap k=0.5", "multiview", "multiview samples=9"]);
+    let unknown = Trade { method: None, key: "nothing".into(), values: vec!["9".into()] };
+    let wrong = Trade { method: None, key: "samples".into(), values: vec!["many".into()] };
+    assert!(variants(&chosen, &[unknown]).unwrap_err().to_string().contains("nothing"));
+    assert!(variants(&chosen, &[wrong]).unwrap_err().to_string().contains("many"));
+}
+
+#[test]
+fn every_table_can_be_measured_and_shown_before_it_is() {
+    for (name, table) in tables::ALL {
+        for quick in [false, true] {
+            let plan = table.plan(quick);
+            assert!(plan.variants.iter().all(|v| v.method().is_ok()), "{name}");
+            let results =
+                defocus::study::bench::BenchResults { cells_wanted: plan.cells().len(), plan, cells: Vec::new() };
+            let shown = table.compared(&results);
+            assert!(shown.rows.iter().all(|row| row.len() == shown.columns.len()), "{name}");
+            assert!(shown.claims.iter().all(|claim| claim.holds.is_none()), "{name}: nothing is measured yet");
+        }
+    }
+}
