@@ -163,3 +163,53 @@ fn every_table_can_be_measured_and_shown_before_it_is() {
         }
     }
 }
+
+fn defocus(folder: &std::path::Path, args: &str) -> (Option<i32>, String, String) {
+    let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_defocus"));
+    let command = command.current_dir(folder).args(args.split_whitespace()).env("XDG_CACHE_HOME", folder);
+    let output = command.output().expect("the program starts");
+    let text = |bytes| String::from_utf8_lossy(bytes).into_owned();
+    (output.status.code(), text(&output.stdout), text(&output.stderr))
+}
+
+#[test]
+fn the_command_says_what_is_wrong_and_leaves_nothing() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    for (args, code, said) in [
+        ("bench --table fig14", 2, "tvcg-fig14, tvcg-table1, pg-table1, siga-table1, grapp"),
+        ("bench --shard 3/2", 2, "counted from 1 to 2"),
+        ("bench --coc 0 -o out", 1, "above 0"),
+        ("bench --budget 0 -o out", 1, "--budget is 0 minutes"),
+        ("bench --sweep multiview.samples -o out", 1, "multiview.samples=16,64"),
+        ("bench --methods nothing -o out", 1, "there are: pinhole"),
+        ("bench --table grapp --methods opaque", 2, "cannot be used with"),
+        ("bench merge nowhere -o out", 1, "nowhere"),
+    ] {
+        let (status, _, stderr) = defocus(folder.path(), args);
+        assert_eq!(status, Some(code), "{args}: {stderr}");
+        assert!(stderr.contains(said), "{args}: {stderr}");
+        assert!(!folder.path().join("out").exists(), "{args}");
+    }
+}
+
+#[test]
+fn the_command_writes_a_report_and_goes_on_where_it_stopped() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let args = "bench --methods mipmap --scenes mirrors --sizes 32x24,48x36 --coc 2 --samples 4 --runs 1 -o out";
+    let (status, stdout, stderr) = defocus(folder.path(), args);
+    assert_eq!(status, Some(0), "{stderr}");
+    assert!(stdout.contains("2 cells measured"), "{stdout}");
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).expect("a report");
+    assert!(
+        report.contains("<svg")
+            && report.contains("Time against resolution")
+            && report.contains("maps/0000-mipmap.png")
+    );
+    let csv = std::fs::read_to_string(folder.path().join("out/results.csv")).expect("CSV");
+    assert!(csv.starts_with("adapter,version,scene,") && csv.lines().count() == 3, "{csv}");
+    let (_, stdout, _) = defocus(folder.path(), args);
+    assert!(stdout.contains("0 cells measured, 2 found from before"), "{stdout}");
+    let (_, stdout, _) = defocus(folder.path(), "bench merge out -o whole");
+    assert!(stdout.contains("2 of 2 cells"), "{stdout}");
+    assert!(folder.path().join("whole/report.html").is_file());
+}
