@@ -310,3 +310,18 @@ fn fs_sky_attributes(in: Sky) -> Attributes {
     }
     return unshaded(sky_color(in), 0.0);
 }
+
+// ---- where a layer is said to hold nothing: in front of everything ----
+
+@vertex
+fn vs_closed(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
+    return vec4f(vec2f(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0, 1.0, 1.0);
+}
+
+@fragment
+fn fs_closed(@builtin(position) pixel: vec4f) {
+    let at = min(vec2u(pixel.xy), textureDimensions(below) - 1u);
+    if textureLoad(below, at, 0).r > 0.0 {
+        discard;
+    }
+}

@@ -102,6 +102,17 @@ impl Projection {
         self.size + UVec2::splat(2 * self.overscan_px)
     }
 
+    /// The same projection with `fineness` pixels for each one on both axes.
+    pub fn refined(&self, fineness: u32) -> Self {
+        Self {
+            size: self.size * fineness,
+            overscan_px: self.overscan_px * fineness,
+            focal_px: self.focal_px * f64::from(fineness),
+            axis_px: self.axis_px * f64::from(fineness),
+            near_m: self.near_m,
+        }
+    }
+
     /// Full horizontal field of view of the inner frame, radians.
     pub fn fov_x(&self) -> f64 {
         let half_px = f64::from(self.size.x) * 0.5;

@@ -56,6 +56,11 @@ const BINS = 64u;
 /// s of a texel without a surface: beyond all bins.
 const EMPTY_S = 60000.0;
 
+/// Buckets of s that hits are gathered in, front to back.
+const BUCKETS = 5u;
+/// The bucket in focus, which is not filtered.
+const SHARP = 2u;
+
 const COPY = 0u;
 const UNIFORM = 1u;
 const COMPLEX = 2u;
@@ -74,25 +79,6 @@ struct Tile {
     class_of: u32,
     /// Length of the tile's list of emitters.
     emitters: u32,
-}
-
-/// Light that is taken out of what rays read and brought to pixels one by one.
-struct Emitter {
-    /// Radiance over the limit, summed over its texels.
-    excess: vec3f,
-    /// CoC radius, px.
-    s: f32,
-    /// Centroid, texels of the outer frame.
-    at: vec2f,
-    /// Side of the cell that its texels lie in, px.
-    side: f32,
-}
-
-/// Greatest radiance that rays read from a surface with CoC radius s; what is over it
-/// comes from emitters. In focus there is no limit, and none sets in at once.
-fn highlight_limit(s: f32) -> f32 {
-    let blurred = clamp(abs(s) - 1.5, 0.0, 1.0);
-    return select(1e30, 2.0 / blurred, blurred > 0.0);
 }
 
 /// Whether a surface in bin `front` lies in front of those in bin `back` by enough to hide

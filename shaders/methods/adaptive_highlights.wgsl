@@ -3,33 +3,33 @@
 //
 // A few rays a pixel hit a small light once or never. So what a texel has above a limit
 // is taken out of what rays read, and each pixel that its blur covers asks once whether it
-// sees it. Texels of one cell, an eighth to a quarter of the blur's radius wide, make one
+// sees it. Pixels of one cell, an eighth to a quarter of the blur's radius wide, make one
 // emitter: however large a light is, a tile sees only so many.
 
+#import emitters
 #import layers
+#import lens
 
-struct Highlights {
-    /// Emitters that a tile can list.
-    capacity: u32,
-}
-
-@group(0) @binding(0) var<uniform> adaptive: Adaptive;
-@group(0) @binding(1) var<uniform> highlights: Highlights;
-@group(0) @binding(2) var radii: texture_2d<f32>;
-@group(0) @binding(3) var colors: texture_2d_array<f32>;
+@group(0) @binding(0) var<uniform> lens: Lens;
+@group(0) @binding(1) var<uniform> adaptive: Adaptive;
+@group(0) @binding(2) var<uniform> highlights: Highlights;
+/// Of the first layer, by pixel of the outer frame.
+@group(0) @binding(3) var<storage, read> lights: array<Light>;
+@group(0) @binding(4) var colors: texture_2d_array<f32>;
+@group(0) @binding(5) var depth: texture_2d_array<f32>;
 /// The number of emitters, then for each inner tile the length of its list.
-@group(0) @binding(4) var<storage, read_write> emitter_counts: array<atomic<u32>>;
-@group(0) @binding(5) var<storage, read_write> emitter_lists: array<u32>;
-@group(0) @binding(6) var<storage, read_write> emitters: array<Emitter>;
+@group(0) @binding(6) var<storage, read_write> emitter_counts: array<atomic<u32>>;
+@group(0) @binding(7) var<storage, read_write> emitter_lists: array<u32>;
+@group(0) @binding(8) var<storage, read_write> emitters: array<Emitter>;
 
-/// Excess over the limit, and s.
-var<workgroup> excess: array<vec4f, 64>;
-/// log2 of the cell's side; 9 where there is no excess.
+/// Of the pixels of the workgroup, in one layer.
+var<workgroup> light_of: array<Light, 64>;
+/// log2 of the cell's side; NO_CELL where there is nothing over the limit.
 var<workgroup> cell_levels: array<u32, 64>;
 
 const NO_CELL = 9u;
 
-/// Cells of sides 1, 2, 4 and 8 texels in 8x8 of them.
+/// Cells of sides 1, 2, 4 and 8 px in 8x8 of them.
 const CELLS = 85u;
 
 @compute @workgroup_size(8, 8)
@@ -38,54 +38,86 @@ fn find_emitters(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let k = i32(adaptive.fineness);
-    let margin = i32(adaptive.first_tile * TILE) - i32(adaptive.overscan);
-    let corner = vec2i(group.xy * TILE) - k * margin;
-    let at = corner + vec2i(local.xy);
-    cell_levels[index] = NO_CELL;
-    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(radii))) {
-        let s = textureLoad(radii, at, 0).x;
-        let color = textureLoad(colors, at, 0, 0).rgb;
-        let over = color - min(color, vec3f(highlight_limit(s)));
-        if any(over > vec3f(0.0)) {
-            excess[index] = vec4f(over, s);
-            cell_levels[index] = u32(clamp(floor(log2(0.25 * abs(s) * f32(k))), 0.0, 3.0));
+    let corner = vec2i(group.xy * TILE) + i32(adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let pixel = corner + vec2i(local.xy);
+    let size = textureDimensions(depth) / adaptive.fineness;
+    let inside = all(pixel >= vec2i(0)) && all(pixel < vec2i(size));
+    for (var layer = 0u; layer < adaptive.layers; layer++) {
+        var light = Light();
+        if inside && layer == 0u {
+            light = lights[u32(pixel.y) * size.x + u32(pixel.x)];
+        } else if inside {
+            light = light_at(vec2u(pixel), layer);
         }
-    }
-    workgroupBarrier();
-    for (var cell = index; cell < CELLS; cell += 64u) {
-        emit(corner, cell);
+        light_of[index] = light;
+        cell_levels[index] = NO_CELL;
+        if light.weight > 0.0 {
+            cell_levels[index] = u32(clamp(floor(log2(0.25 * abs(s_of(light)))), 0.0, 3.0));
+        }
+        workgroupBarrier();
+        for (var cell = index; cell < CELLS; cell += 64u) {
+            emit(corner, cell);
+        }
+        workgroupBarrier();
     }
 }
 
-/// Sums the texels of one cell, if there are any, to an emitter.
+/// CoC radius of a light, px.
+fn s_of(light: Light) -> f32 {
+    let s = 0.5 * coc_diameter_px(lens, light.z / light.weight);
+    return clamp(s, adaptive.nearest_s, adaptive.farthest_s);
+}
+
+/// What a hidden layer has over the limit in a pixel.
+fn light_at(pixel: vec2u, layer: u32) -> Light {
+    let k = adaptive.fineness;
+    var light = Light();
+    for (var i = 0u; i < k * k; i++) {
+        let part = vec2u(i % k, i / k);
+        let z = textureLoad(depth, k * pixel + part, layer, 0).r;
+        if z >= 0.0 {
+            let color = textureLoad(colors, k * pixel + part, layer, 0).rgb;
+            light = with_sample(light, color, z, vec2f(part) / f32(k), 1.0 / f32(k * k));
+        }
+    }
+    return light;
+}
+
+/// Sums the pixels of one cell, if there is light in any, to an emitter.
 fn emit(corner: vec2i, cell: u32) {
     let level = select(select(select(3u, 2u, cell < 84u), 1u, cell < 80u), 0u, cell < 64u);
     let place = cell - array<u32, 4>(0u, 64u, 80u, 84u)[level];
     let side = 1u << level;
     let origin = side * vec2u(place % (TILE / side), place / (TILE / side));
     var emitter = Emitter();
-    var sum = 0.0;
+    var weight = 0.0;
+    // First and second moments about the centre of the cell's first pixel.
+    var mean = vec2f(0.0);
+    var square = 0.0;
     for (var i = 0u; i < side * side; i++) {
-        let offset = origin + vec2u(i % side, i / side);
-        let index = offset.y * TILE + offset.x;
+        let from_origin = vec2u(i % side, i / side);
+        let index = (origin.y + from_origin.y) * TILE + origin.x + from_origin.x;
         if cell_levels[index] == level {
-            let texel = excess[index];
-            let weight = texel.r + texel.g + texel.b;
-            emitter.excess += texel.rgb;
-            emitter.at += weight * (vec2f(corner + vec2i(offset)) + 0.5);
-            emitter.s += weight * texel.w;
-            sum += weight;
+            let light = light_of[index];
+            let s = s_of(light);
+            let share = emitted_share(s);
+            let o = vec2f(from_origin);
+            emitter.excess += share * light.excess;
+            emitter.s += share * light.weight * s;
+            mean += share * (light.offset + light.weight * o);
+            square += share * (light.square + 2.0 * dot(light.offset, o) + light.weight * dot(o, o));
+            weight += share * light.weight;
         }
     }
-    if sum == 0.0 {
+    if weight == 0.0 {
         return;
     }
-    let k = f32(adaptive.fineness);
-    emitter.at = (emitter.at / sum + 0.5 * (k - 1.0)) / k;
-    emitter.excess /= k * k;
-    emitter.s /= sum;
-    emitter.side = f32(side) / k;
+    mean /= weight;
+    emitter.s /= weight;
+    emitter.at = vec2f(corner + vec2i(origin)) + 0.5 + mean;
+    // A square of side a has the variance a^2 / 12 on each axis; samples stand for squares.
+    let variance = max(0.5 * (square / weight - dot(mean, mean)), 0.0);
+    emitter.side = sqrt(12.0 * variance + highlights.sample_px * highlights.sample_px);
     let number = atomicAdd(&emitter_counts[0], 1u);
     if number >= arrayLength(&emitters) {
         return;

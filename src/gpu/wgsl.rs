@@ -24,11 +24,15 @@ macro_rules! shader {
     };
 }
 
-/// Files of functions only, which others take in with a line `#import NAME`.
+/// Files of functions, with the bindings of group 1 and up that some of them read, which
+/// others take in with a line `#import NAME`.
 const LIBRARY: &[Shader] = &[
     shader!("lib/color"),
+    shader!("lib/emitters"),
     shader!("lib/layers"),
     shader!("lib/lens"),
+    shader!("lib/lens_rays"),
+    shader!("lib/listed_tiles"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
     shader!("lib/sprites"),

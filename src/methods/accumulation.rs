@@ -88,11 +88,52 @@ impl Method for Accumulation {
     }
 }
 
+/// The mean of images that come one by one.
+#[derive(Default)]
+pub(super) struct RunningMean {
+    count: u32,
+    sum: Option<Texture>,
+}
+
+impl RunningMean {
+    /// Images so far.
+    pub fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Adds an image, of the same size as those before.
+    pub fn add(&mut self, frame: &mut Frame<'_>, image: &Texture) {
+        let next = frame.texture("sum of views", image.size(), SUM);
+        match &self.sum {
+            None => frame.pass(&SHADER, "first_view").texture("view", image).texture("next", &next),
+            Some(sum) => {
+                frame.pass(&SHADER, "add_view").texture("view", image).texture("sum", sum).texture("next", &next)
+            }
+        }
+        .dispatch(image.size());
+        self.sum = Some(next);
+        self.count += 1;
+    }
+
+    /// The mean, RGBA32F; `None` before the first image.
+    pub fn mean(&self, frame: &mut Frame<'_>) -> Option<Texture> {
+        let sum = self.sum.as_ref()?;
+        let mean = frame.texture("mean of views", sum.size(), SUM);
+        let scale = MeanUniform { reciprocal_count: 1.0 / self.count as f32 };
+        frame
+            .pass(&SHADER, "mean_of_views")
+            .texture("sum", sum)
+            .texture("next", &mean)
+            .uniform("scale", &scale)
+            .dispatch(sum.size());
+        Some(mean)
+    }
+}
+
 /// An accumulation under way: it can be looked at, carried on or given up at any time.
 pub struct AccumulationRun {
     view_dependent: bool,
-    count: u32,
-    sum: Option<Texture>,
+    sum: RunningMean,
     /// The sum as it was at the last two powers of two, the older first, with those counts.
     snapshots: Vec<(Texture, u32)>,
 }
@@ -100,31 +141,22 @@ pub struct AccumulationRun {
 impl AccumulationRun {
     /// A run with no views yet.
     pub fn new(view_dependent: bool) -> Self {
-        Self { view_dependent, count: 0, sum: None, snapshots: Vec::new() }
+        Self { view_dependent, sum: RunningMean::default(), snapshots: Vec::new() }
     }
 
     /// Views summed so far.
     pub fn count(&self) -> u32 {
-        self.count
+        self.sum.count()
     }
 
     /// Draws and adds the next `n` lens points.
     pub fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
-        for index in self.count..self.count + n {
+        for index in self.count()..self.count() + n {
             let v = lens.aperture.lens_point(index);
             let color = view.from_lens_point(frame, lens, v, self.view_dependent)?.color;
-            let next = frame.texture("sum of views", color.size(), SUM);
-            match &self.sum {
-                None => frame.pass(&SHADER, "first_view").texture("view", &color).texture("next", &next),
-                Some(sum) => {
-                    frame.pass(&SHADER, "add_view").texture("view", &color).texture("sum", sum).texture("next", &next)
-                }
-            }
-            .dispatch(color.size());
-            self.sum = Some(next.clone());
-            self.count = index + 1;
-            if self.count.is_power_of_two() {
-                self.snapshots.push((next, self.count));
+            self.sum.add(frame, &color);
+            if let Some(sum) = self.sum.sum.clone().filter(|_| self.count().is_power_of_two()) {
+                self.snapshots.push((sum, self.count()));
                 if self.snapshots.len() > 2 {
                     self.snapshots.remove(0);
                 }
@@ -135,26 +167,17 @@ impl AccumulationRun {
 
     /// The mean so far, RGBA32F. Panics before the first view.
     pub fn mean(&self, frame: &mut Frame<'_>) -> Texture {
-        let sum = self.sum.as_ref().expect("a mean needs at least one view");
-        let mean = frame.texture("mean of views", sum.size(), SUM);
-        let scale = MeanUniform { reciprocal_count: 1.0 / self.count as f32 };
-        frame
-            .pass(&SHADER, "mean_of_views")
-            .texture("sum", sum)
-            .texture("next", &mean)
-            .uniform("scale", &scale)
-            .dispatch(sum.size());
-        mean
+        self.sum.mean(frame).expect("a mean needs at least one view")
     }
 
     /// The means over two disjoint sets of lens points, whose difference tells how far the
     /// run has converged: the points up to the last power of two, and those after it.
     /// `None` until both are there.
     pub fn halves(&self, gpu: &Gpu) -> Option<[ColorImage; 2]> {
-        let (half, half_count) = self.snapshots.iter().rev().find(|(_, count)| *count < self.count)?;
-        let rest = self.count - half_count;
+        let (half, half_count) = self.snapshots.iter().rev().find(|(_, count)| *count < self.count())?;
+        let rest = self.count() - half_count;
         let first = crate::gpu::download(gpu, half);
-        let all = crate::gpu::download(gpu, self.sum.as_ref()?);
+        let all = crate::gpu::download(gpu, self.sum.sum.as_ref()?);
         let pixels = all.pixels.iter().zip(&first.pixels).map(|(a, f)| (*a - *f) / rest as f32).collect();
         let second = ColorImage { size: all.size, pixels };
         Some([first.map(|p| p / *half_count as f32), second])

@@ -9,11 +9,13 @@ mod import;
 mod peel;
 mod pipelines;
 mod raster;
+mod samples;
 mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
-pub use peel::{PEELED_LEVELS, Peeled, layer_separation_z};
+pub use peel::{DISOCCLUSION_PX, PEELED_LEVELS, PeelOrder, Peeled, layer_separation_z};
 pub use pipelines::EnvironmentUniform;
+pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};

@@ -1,12 +1,10 @@
 //! Layers of surfaces, peeled front to back as the pinhole sees them.
 
-use super::raster::Shot;
+use super::samples::{Lights, MAX_DRAWS, Samples, fine_clip_from_view, fine_shot};
 use super::{Layer, LayerQuery, Source, View, ViewError, check_size};
-use crate::camera::Projection;
 use crate::gpu::{Frame, Texture, TextureKey};
-use crate::lens::Lens;
 use crate::{shader, uniform};
-use glam::{DVec2, Mat4, UVec2, Vec2};
+use glam::{DVec2, UVec2};
 
 const SHADER: crate::gpu::Shader = shader!("peel");
 
@@ -16,9 +14,9 @@ pub const PEELED_LEVELS: u32 = 5;
 /// Surfaces behind one another, nearest first, as texture arrays.
 #[derive(Clone, Debug)]
 pub struct Peeled {
-    /// RGBA16F array: linear radiance. The size is the outer one in fine texels, padded to
-    /// whole texels of the coarsest level. Of the first layer there are [`PEELED_LEVELS`] box-filtered
-    /// levels.
+    /// RGBA16F array: linear radiance, and behind the layers the first one's mean over more
+    /// samples, with [`PEELED_LEVELS`] box-filtered levels. The size is the outer one in fine
+    /// texels, padded to whole texels of the coarsest level.
     pub color: Texture,
     /// R32F array of the outer size in fine texels: stored depth z = near / d, -1 where a layer is empty.
     pub depth: Texture,
@@ -27,62 +25,108 @@ pub struct Peeled {
     /// Fine texels a pixel on each side. Texel `fineness * i` is the sample at the centre
     /// of pixel i: the pinhole image's own.
     pub fineness: u32,
-    separation_z: f32,
+    /// What is far brighter than white in the first layer; left out of its mean.
+    pub lights: Option<Lights>,
+    order: PeelOrder,
+}
+
+/// What layers are wanted.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PeelOrder {
+    /// Greatest number of layers.
+    pub count: u32,
+    /// Texels a pixel on each side.
+    pub fineness: u32,
+    /// Draws of the first layer on each axis, moved by parts of a texel, 1 to
+    /// [`MAX_DRAWS`].
+    pub draws: u32,
+    /// Stored depth that a layer lies behind the one before it at least.
+    pub separation_z: f32,
 }
 
 uniform! {
     struct PeelParams {
         separation_z: f32,
         nearest: u32,
+        tile: u32,
+        tiles_x: u32,
+        tiles_y: u32,
+        radius_per_z: f32,
+        edge: f32,
+    }
+}
+
+/// Side of a tile that gets hidden layers or none, px.
+const TILE_PX: u32 = 8;
+
+/// CoC radius, px, that a neighbour may reach behind an edge without any hidden surface
+/// showing: half a pixel is less than the tolerance of a hit and its texel.
+pub const DISOCCLUSION_PX: f32 = 0.5;
+
+impl PeelParams {
+    fn new(outer: UVec2, fineness: u32, separation_z: f32) -> Self {
+        let tile = TILE_PX * fineness;
+        let texels_per_px = fineness as f32;
+        Self {
+            separation_z,
+            nearest: 1,
+            tile,
+            tiles_x: outer.x.div_ceil(tile),
+            tiles_y: outer.y.div_ceil(tile),
+            // c = k - slope z, and slope is at most 2 / separation: `layer_separation_z`.
+            radius_per_z: texels_per_px / separation_z,
+            edge: DISOCCLUSION_PX * texels_per_px,
+        }
     }
 }
 
 uniform! {
     struct ReduceParams {
         finer_size: [u32; 2],
+        layer: u32,
     }
 }
 
 impl View {
-    /// The nearest `count` layers, each at least `separation_z` of stored depth behind the
-    /// one before it, drawn with `fineness` squared texels a pixel; an image has one of one
-    /// texel a pixel. Kept until the view or an argument changes. Errors if the fine layers
-    /// exceed the adapter's texture size.
-    pub fn peeled(
-        &mut self,
-        frame: &mut Frame<'_>,
-        count: u32,
-        fineness: u32,
-        separation_z: f32,
-    ) -> Result<Peeled, ViewError> {
-        let (count, fineness) = if self.is_scene() { (count.max(1), fineness.max(1)) } else { (1, 1) };
-        if let Some(peeled) = &self.peeled
-            && (peeled.layers, peeled.fineness) == (count, fineness)
-            && (count == 1 || peeled.separation_z == separation_z)
-        {
+    /// The nearest layers; an image has one, of one texel a pixel. Kept until the view or
+    /// the order changes. Errors if the fine layers exceed the adapter's texture size.
+    pub fn peeled(&mut self, frame: &mut Frame<'_>, order: &PeelOrder) -> Result<Peeled, ViewError> {
+        let order = if self.is_scene() {
+            let (count, fineness) = (order.count.max(1), order.fineness.max(1));
+            PeelOrder { count, fineness, draws: order.draws.clamp(1, MAX_DRAWS), ..*order }
+        } else {
+            PeelOrder { count: 1, fineness: 1, draws: 1, ..*order }
+        };
+        if let Some(peeled) = self.peeled.as_ref().filter(|peeled| peeled.order == order) {
             frame.skip("layers unchanged");
             return Ok(peeled.clone());
         }
+        let PeelOrder { count, fineness, draws, separation_z } = order;
         let mut nearer = self.fine_layer(frame, "fine layer", fineness, LayerQuery::NEAREST)?;
+        let samples = Samples { fineness, draws, same_z: separation_z };
+        let (averaged, lights) = self.sampled(frame, &nearer, &samples);
         let outer = nearer.color.size();
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
-        // A shader's array needs two layers to be one.
-        let layers = count.max(2);
         let (half, float) = (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float);
         let gpu = frame.gpu();
-        let key = TextureKey { size: padded, levels: PEELED_LEVELS, layers, format: half };
+        let key = TextureKey { size: padded, levels: PEELED_LEVELS, layers: count + 1, format: half };
         let color = gpu.texture_of("layer colours", key);
-        let depth = gpu.texture_of("layer depths", TextureKey { size: outer, levels: 1, layers, format: float });
+        // A shader's array needs two layers to be one.
+        let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
+        let depth = gpu.texture_of("layer depths", key);
+        let params = PeelParams::new(outer, fineness, separation_z);
+        let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
             let marked = frame.texture("marked depth", outer, float);
             let below = frame.texture("next layer's bound", outer, float);
             frame
                 .pass(&SHADER, "mark_layer")
-                .uniform("params", &PeelParams { separation_z, nearest: (index == 0).into() })
+                .uniform("params", &PeelParams { nearest: (index == 0).into(), ..params })
                 .texture("color", &nearer.color)
                 .texture("depth", &nearer.depth)
                 .texture("marked", &marked)
                 .texture("below", &below)
+                .buffer("needed", &needed)
                 .dispatch(outer);
             copy_to_array_layer(frame, &nearer.color, &color, index);
             copy_to_array_layer(frame, &marked, &depth, index);
@@ -91,8 +135,9 @@ impl View {
                 nearer = self.fine_layer(frame, &format!("peel {}", index + 1), fineness, query)?;
             }
         }
-        reduce(frame, &color, outer);
-        let peeled = Peeled { color, depth, layers: count, fineness, separation_z };
+        copy_to_array_layer(frame, &averaged, &color, count);
+        reduce(frame, &color, outer, count);
+        let peeled = Peeled { color, depth, layers: count, fineness, lights, order };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
     }
@@ -109,33 +154,42 @@ impl View {
             _ if query.is_nearest() => return Ok(self.pinhole(frame)),
             _ => return self.layer(frame, label, query),
         };
-        let coarse = self.projection;
-        let projection = Projection {
-            size: coarse.size * fineness,
-            overscan_px: coarse.overscan_px * fineness,
-            focal_px: coarse.focal_px * f64::from(fineness),
-            axis_px: coarse.axis_px * f64::from(fineness),
-            ..coarse
-        };
+        let projection = self.projection.refined(fineness);
         check_size(frame.gpu(), projection.size, projection.overscan_px)?;
-        let centred = projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
-        let clip_from_view = with_texels_on_centres(centred, fineness, projection.outer_size());
-        // Textures keep the mipmap level that they have in the pinhole image.
-        let lod_bias = (fineness as f32).log2();
-        let shot = Shot { projection: &projection, clip_from_view, shading_eye_m: DVec2::ZERO, lod_bias, query };
-        Ok(source.draw(frame, label, &shot))
+        let clip_from_view = fine_clip_from_view(&projection, fineness, DVec2::ZERO);
+        Ok(source.draw(frame, label, &fine_shot(&projection, clip_from_view, fineness, query)))
     }
 }
 
-/// Moves the image so that the centre of the first of the `fineness` texels of a pixel
-/// lies where the pixel's own centre did.
-fn with_texels_on_centres(clip_from_view: Mat4, fineness: u32, outer: UVec2) -> Mat4 {
-    let shift_ndc = (fineness - 1) as f32 / outer.as_vec2() * Vec2::new(-1.0, 1.0);
-    // x_clip grows by shift * w, and w = -z.
-    let mut moved = clip_from_view;
-    moved.z_axis.x -= shift_ndc.x;
-    moved.z_axis.y -= shift_ndc.y;
-    moved
+/// By tile, whether hidden layers may be seen there: a buffer of u32.
+fn find_needed(frame: &mut Frame<'_>, depth: &Texture, params: &PeelParams, layers: u32) -> wgpu::Buffer {
+    let gpu = frame.gpu();
+    let tiles = UVec2::new(params.tiles_x, params.tiles_y);
+    let buffer = |label, bytes: u64| gpu.buffer(label, bytes * u64::from(tiles.x) * u64::from(tiles.y));
+    let needed = buffer("tiles with hidden layers", 4);
+    if layers == 1 {
+        return needed;
+    }
+    let (edges, rows) = (buffer("edges", 8), buffer("edges along rows", 8));
+    frame
+        .pass(&SHADER, "find_edges")
+        .uniform("params", params)
+        .texture("depth", depth)
+        .buffer("edges", &edges)
+        .dispatch(tiles);
+    frame
+        .pass(&SHADER, "spread_edges")
+        .uniform("params", params)
+        .buffer("edges", &edges)
+        .buffer("row_edges", &rows)
+        .dispatch(tiles);
+    frame
+        .pass(&SHADER, "mark_needed")
+        .uniform("params", params)
+        .buffer("row_edges", &rows)
+        .buffer("needed", &needed)
+        .dispatch(tiles);
+    needed
 }
 
 fn copy_to_array_layer(frame: &mut Frame<'_>, from: &Texture, to: &Texture, layer: u32) {
@@ -145,14 +199,14 @@ fn copy_to_array_layer(frame: &mut Frame<'_>, from: &Texture, to: &Texture, laye
     frame.encoder().copy_texture_to_texture(from.raw().as_image_copy(), target, size);
 }
 
-/// Box-filters the first layer, level by level.
-fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2) {
+/// Box-filters one layer, level by level.
+fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2, layer: u32) {
     let mut finer_size = outer;
     for level in 1..color.levels() {
         let size = finer_size.map(|side| side.div_ceil(2));
         frame
             .pass(&SHADER, "reduce_layer")
-            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array() })
+            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array(), layer })
             .level("finer", color, level - 1)
             .level("coarser", color, level)
             .dispatch(size);

@@ -87,6 +87,18 @@ pub(super) struct Variant {
     pub mirrored: bool,
 }
 
+/// What a pipeline draws.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub(super) enum Drawn {
+    /// Surfaces of one kind.
+    Surfaces(Variant),
+    /// The background.
+    Sky,
+    /// Nothing, but in front of everything, where the layer is said to hold nothing: what
+    /// is drawn there later is never shaded.
+    Closed,
+}
+
 /// Which layer is drawn: the nearest, or a farther one or slab, which drops fragments, or
 /// one of those with what its surfaces are made of instead of what they show.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -118,7 +130,7 @@ pub(super) struct Pipelines {
     layout: wgpu::PipelineLayout,
     frame_layout: wgpu::BindGroupLayout,
     material_layout: wgpu::BindGroupLayout,
-    made: Mutex<HashMap<(LayerKind, Option<Variant>), wgpu::RenderPipeline>>,
+    made: Mutex<HashMap<(LayerKind, Drawn), wgpu::RenderPipeline>>,
 }
 
 impl Pipelines {
@@ -139,14 +151,15 @@ impl Pipelines {
         Self { device: device.clone(), module, layout, frame_layout, material_layout, made: Mutex::default() }
     }
 
-    /// The pipeline for surfaces of one kind, or (without a variant) for the sky.
-    pub(super) fn get(&self, kind: LayerKind, variant: Option<Variant>) -> wgpu::RenderPipeline {
+    /// The pipeline that draws this into a layer of that kind.
+    pub(super) fn get(&self, kind: LayerKind, drawn: Drawn) -> wgpu::RenderPipeline {
         let mut made = self.made.lock().expect("no panic while a pipeline is made");
-        let make = || match variant {
-            Some(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
-            None => sky_pipeline(&self.device, &self.layout, &self.module, kind),
+        let make = || match drawn {
+            Drawn::Surfaces(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
+            Drawn::Sky => sky_pipeline(&self.device, &self.layout, &self.module, kind),
+            Drawn::Closed => closed_pipeline(&self.device, &self.layout, &self.module, kind),
         };
-        made.entry((kind, variant)).or_insert_with(make).clone()
+        made.entry((kind, drawn)).or_insert_with(make).clone()
     }
 
     pub(super) fn bind_frame(
@@ -266,7 +279,8 @@ fn surface_pipeline(
     // Reversed depth: nearer is greater.
     let test = wgpu::CompareFunction::Greater;
     let buffers = [Some(vertices), Some(instances)];
-    pipeline(device, layout, module, ["vs_surface", fragment], Geometry { buffers: &buffers, primitive, test }, kind)
+    let geometry = Geometry { buffers: &buffers, primitive, test, writes: wgpu::ColorWrites::ALL };
+    pipeline(device, layout, module, ["vs_surface", fragment], geometry, kind)
 }
 
 fn sky_pipeline(
@@ -282,15 +296,33 @@ fn sky_pipeline(
     };
     // At infinity, z = 0: passes only where nothing else was drawn.
     let test = wgpu::CompareFunction::GreaterEqual;
-    let geometry = Geometry { buffers: &[], primitive: Default::default(), test };
-    pipeline(device, layout, module, ["vs_sky", fragment], geometry, kind)
+    pipeline(device, layout, module, ["vs_sky", fragment], Geometry::background(test), kind)
 }
 
-/// What vertices are and which of their fragments count.
+fn closed_pipeline(
+    device: &wgpu::Device,
+    layout: &wgpu::PipelineLayout,
+    module: &wgpu::ShaderModule,
+    kind: LayerKind,
+) -> wgpu::RenderPipeline {
+    let test = wgpu::CompareFunction::Always;
+    let geometry = Geometry { writes: wgpu::ColorWrites::empty(), ..Geometry::background(test) };
+    pipeline(device, layout, module, ["vs_closed", "fs_closed"], geometry, kind)
+}
+
+/// What vertices are, which of their fragments count and what those write.
 struct Geometry<'a> {
     buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     primitive: wgpu::PrimitiveState,
     test: wgpu::CompareFunction,
+    writes: wgpu::ColorWrites,
+}
+
+impl Geometry<'_> {
+    /// A triangle over all of the frame.
+    fn background(test: wgpu::CompareFunction) -> Self {
+        Self { buffers: &[], primitive: Default::default(), test, writes: wgpu::ColorWrites::ALL }
+    }
 }
 
 fn pipeline(
@@ -302,7 +334,8 @@ fn pipeline(
     kind: LayerKind,
 ) -> wgpu::RenderPipeline {
     let targets = [COLOR, STORED_DEPTH].iter().chain(kind.attributes());
-    let targets: Vec<_> = targets.map(|&format| Some(format.into())).collect();
+    let target = |&format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: geometry.writes });
+    let targets: Vec<_> = targets.map(target).collect();
     let compilation_options = wgpu::PipelineCompilationOptions::default();
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),

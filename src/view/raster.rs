@@ -1,6 +1,8 @@
 //! Drawing layers of a scene.
 
-use super::pipelines::{COLOR, DEPTH_BUFFER, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, ViewUniform};
+use super::pipelines::{
+    COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, ViewUniform,
+};
 use super::upload::{DrawItem, GpuScene};
 use super::{Layer, LayerQuery, Shading, SurfaceLayer};
 use crate::camera::{Camera, Projection};
@@ -118,17 +120,22 @@ impl SceneSource {
         pass.set_vertex_buffer(0, self.scene.vertices.slice(..));
         pass.set_vertex_buffer(1, instances.slice(..));
         pass.set_index_buffer(self.scene.indices.slice(..), wgpu::IndexFormat::Uint32);
+        if let (Some(_), Some(any)) = (shot.query.below, self.scene.materials.first()) {
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Closed));
+            pass.set_bind_group(1, any, &[]);
+            pass.draw(0..3, 0..1);
+        }
         let mut first = 0;
         for VisibleItem { item, instances } in &visible {
             let end = first + instances.len() as u32;
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Some(item.variant)));
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant)));
             pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
             pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
             first = end;
         }
         // The background lies at z = 0 and belongs to layers that reach infinity.
         if shot.query.z_far <= 0.0 && !self.scene.materials.is_empty() {
-            pass.set_pipeline(&self.scene.pipelines.get(kind, None));
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Sky));
             pass.set_bind_group(1, &self.scene.materials[0], &[]);
             pass.draw(0..3, 0..1);
         }

@@ -5,17 +5,13 @@ use super::AdaptiveUniform;
 use super::tiles::TILE_PX;
 use crate::aperture::Aperture;
 use crate::gpu::{Frame, Gpu, Shader, Texture, TextureKey};
-use crate::view::Peeled;
+use crate::view::{LensUniform, Lights, Peeled};
 use crate::{shader, uniform};
 use glam::{UVec2, dvec2};
 use half::f16;
 use std::sync::Mutex;
 
 const SHADER: Shader = shader!("methods/adaptive_highlights");
-
-/// Radiance above which a blurred texel becomes an emitter: `highlight_limit` in the
-/// shaders.
-pub const LIMIT: f32 = 2.0;
 
 /// Emitters that a tile can list. Cells are an eighth to a quarter of the blur's radius
 /// wide, so that about 200 cover a pixel even where everything is bright.
@@ -29,13 +25,15 @@ const TABLE_LEVELS: u32 = 6;
 
 uniform! {
     pub(super) struct HighlightsUniform {
-        pub capacity: u32,
+        capacity: u32,
+        sample_px: f32,
     }
 }
 
 /// Emitters and the tiles that see them, on the GPU.
 pub(super) struct Highlights {
     pub uniform: HighlightsUniform,
+    /// The number of emitters, then for each inner tile how many cover it.
     pub counts: wgpu::Buffer,
     pub lists: wgpu::Buffer,
     pub emitters: wgpu::Buffer,
@@ -44,52 +42,45 @@ pub(super) struct Highlights {
 }
 
 impl Highlights {
-    /// None: every list is empty.
-    pub fn none(frame: &mut Frame<'_>, adaptive: &AdaptiveUniform) -> Self {
-        let gpu = frame.gpu();
-        frame.skip("no highlights");
-        Self {
-            uniform: HighlightsUniform { capacity: 0 },
-            counts: counts(gpu, adaptive),
-            lists: gpu.buffer("emitter lists", 4),
-            emitters: gpu.buffer("emitters", 32),
-            aperture: frame.texture("no aperture", UVec2::ONE, wgpu::TextureFormat::Rgba16Float),
-        }
-    }
-
-    /// Records the pass that finds the emitters of the first layer.
+    /// Records the pass that finds the emitters of all layers.
     pub fn find(
         frame: &mut Frame<'_>,
-        aperture: &Aperture,
+        (aperture, lens): (&Aperture, &LensUniform),
+        lights: &Lights,
         peeled: &Peeled,
-        radii: &Texture,
         adaptive: &AdaptiveUniform,
     ) -> Self {
         let gpu = frame.gpu();
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
-        let texels = u64::from(radii.size().x) * u64::from(radii.size().y);
+        let outer = UVec2::from(adaptive.tiles) * TILE_PX;
         let found = Self {
-            uniform: HighlightsUniform { capacity: CAPACITY },
+            uniform: HighlightsUniform { capacity: CAPACITY, sample_px: lights.sample_px },
             counts: counts(gpu, adaptive),
             lists: gpu.buffer("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
-            emitters: gpu.buffer("emitters", 32 * texels),
+            emitters: gpu.buffer("emitters", EMITTER_BYTES * u64::from(outer.x) * u64::from(outer.y)),
             aperture: aperture_table(gpu, aperture),
         };
         frame
             .pass(&SHADER, "find_emitters")
+            .uniform("lens", lens)
             .uniform("adaptive", adaptive)
             .uniform("highlights", &found.uniform)
-            .texture("radii", radii)
+            .buffer("lights", &lights.buffer)
             .texture("colors", &peeled.color)
+            .texture("depth", &peeled.depth)
             .buffer("emitter_counts", &found.counts)
             .buffer("emitter_lists", &found.lists)
             .buffer("emitters", &found.emitters)
-            .dispatch(UVec2::from(adaptive.tiles) * TILE_PX * peeled.fineness);
+            .dispatch(outer);
         found
     }
 }
 
-fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> wgpu::Buffer {
+/// Bytes of `Emitter` in `shaders/lib/emitters.wgsl`.
+const EMITTER_BYTES: u64 = 32;
+
+/// Emitter counts of all tiles, none.
+pub(super) fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> wgpu::Buffer {
     let [columns, rows] = adaptive.inner_tiles.map(u64::from);
     gpu.buffer("emitter counts", 4 * (1 + columns * rows))
 }

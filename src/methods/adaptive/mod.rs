@@ -18,32 +18,31 @@
 //!
 //! Rays that leave the frame meet its border stretched outwards.
 
+mod explain;
 mod highlights;
+mod passes;
 mod points;
+mod progressive;
 pub mod tiles;
 
-use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Frame, SamplerKind, Shader, Texture, TextureKey};
+use super::{About, AccumulationRun, Apertures, Method, MethodError, Param, pinhole};
+use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
-use crate::view::{Peeled, View, layer_separation_z};
-use crate::{shader, uniform};
+use crate::uniform;
+use crate::view::{DISOCCLUSION_PX, MAX_DRAWS, PeelOrder, Peeled, View, layer_separation_z};
+use passes::Rays;
 pub use points::lens_points;
+pub use progressive::{AdaptiveRun, TURNED_FRAMES};
 use tiles::{TileGrid, Tiles};
-
-const SHADER: Shader = shader!("methods/adaptive");
 
 /// Names of the numbers of lens points a pixel.
 const POINTS: &[&str] = &["8", "16", "32", "64"];
 
-/// Buckets of s: `BUCKETS` in the shader; one more array layer holds the glow.
-const BUCKETS: u32 = 5;
-
 /// Layers that fit in one texel of radii.
 const MAX_LAYERS: u32 = 4;
 
-/// CoC radius, px, that a neighbour may reach behind an edge without any hidden surface
-/// showing: half a pixel is less than the tolerance of a hit and its texel.
-const DISOCCLUSION_PX: f32 = 0.5;
+/// Frames submitted at once.
+const FRAMES_A_FLUSH: u32 = 16;
 
 /// Layered lens rays.
 #[derive(Clone, Debug)]
@@ -54,17 +53,21 @@ pub struct Adaptive {
     pub layers: u32,
     /// Texels of the layers a pixel on each side, 1 to 3.
     pub fineness: u32,
+    /// Times on each axis that the first layer is drawn, moved by parts of a texel, 1 to 4.
+    pub draws: u32,
     /// Whether surfaces behind all that is seen are left out.
     pub cull: bool,
     /// Whether each pixel has its own lens points.
     pub jitter: bool,
     /// Whether hits are filtered over neighbouring pixels.
     pub filter: bool,
+    /// Frames that are brought together, 1 to 4096: see [`AdaptiveRun`].
+    pub frames: u32,
 }
 
 impl Default for Adaptive {
     fn default() -> Self {
-        Self { points: 1, layers: MAX_LAYERS, fineness: 2, cull: true, jitter: true, filter: true }
+        Self { points: 1, layers: MAX_LAYERS, fineness: 2, draws: 2, cull: true, jitter: true, filter: true, frames: 1 }
     }
 }
 
@@ -91,20 +94,6 @@ uniform! {
         diagnose: u32,
         fineness: u32,
     }
-}
-
-uniform! {
-    struct Listed {
-        class_of: u32,
-    }
-}
-
-/// Classes of tiles, with their indices in lists and dispatches.
-#[derive(Clone, Copy)]
-enum Class {
-    Copy = 0,
-    Uniform = 1,
-    Complex = 2,
 }
 
 impl Method for Adaptive {
@@ -150,6 +139,14 @@ impl Method for Adaptive {
                 (1, 3),
                 "Draws the layers with this many texels a pixel on each side: silhouettes and small lights gain most. Costs memory, and time only when the view changes.",
             ),
+            Param::int(
+                "draws",
+                "Draws",
+                "on each axis",
+                &mut self.draws,
+                (1, MAX_DRAWS),
+                "Draws the nearest layer this often on each axis, moved by parts of a texel: blurred surfaces show the mean, and glints and small lights as much light as they have. Costs time only when the view changes.",
+            ),
             Param::switch(
                 "cull",
                 "Umbra cull",
@@ -168,31 +165,34 @@ impl Method for Adaptive {
                 &mut self.filter,
                 "Filters what rays hit over 3x3 or 5x5 pixels, apart for near and far blur, and takes that much off the rays' own blur.",
             ),
+            Param::int(
+                "frames",
+                "Frames",
+                "",
+                &mut self.frames,
+                (1, 4096),
+                "Brings that many frames together: eight with other lens points, then true views over the lens, with which the picture converges to accumulation.",
+            ),
         ]
     }
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
-        let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
-        let points = lens_points(&lens.aperture, adaptive.points, self.jitter);
-        let traced = Traced {
-            points: frame.gpu().buffer_of("lens points", &points),
-            buckets: frame.gpu().texture_of(
-                "buckets",
-                TextureKey {
-                    size: view.size(),
-                    levels: 1,
-                    layers: BUCKETS + 1,
-                    format: wgpu::TextureFormat::Rgba16Float,
-                },
-            ),
-            counts: frame.texture("rays", view.size(), wgpu::TextureFormat::Rgba16Float),
-            result: frame.color_texture("adaptive", view.size()),
-            adaptive,
-            tiles,
-            peeled,
-        };
-        traced.record(frame);
-        Ok(traced.result)
+        let greatest_px = view.coc_bounds_px(frame, lens).map(f64::abs).into_iter().fold(0.0, f64::max);
+        if 0.5 * greatest_px < tiles::COPY_RADIUS_PX {
+            frame.skip("all tiles in focus");
+            return Ok(pinhole::inner(frame, view));
+        }
+        if self.frames <= 1 {
+            return self.turned(frame, view, lens, 0);
+        }
+        let mut run = AdaptiveRun::new(Self { frames: 1, ..self.clone() });
+        for index in 0..self.frames {
+            run.advance(frame, view, lens)?;
+            if index % FRAMES_A_FLUSH == FRAMES_A_FLUSH - 1 {
+                frame.flush();
+            }
+        }
+        Ok(run.picture(frame).expect("there is at least one frame"))
     }
 
     fn boxed(&self) -> Box<dyn Method> {
@@ -201,16 +201,24 @@ impl Method for Adaptive {
 }
 
 impl Adaptive {
+    /// One frame, with the lens points turned as the `turn`-th of many.
+    fn turned(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, turn: u32) -> Result<Texture, MethodError> {
+        let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
+        let points = lens_points(&lens.aperture, adaptive.points, self.jitter, turn);
+        Ok(Rays { adaptive: &adaptive, tiles: &tiles, peeled: &peeled, points: &points }.record(frame))
+    }
+
     /// The layers that the lens can show parts of: one where no neighbouring pixels lie far
     /// enough apart in CoC for anything to show between them.
     fn peel(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Peeled, MethodError> {
         let slope_px = view.lens_uniform(lens).slope_px;
-        let (mut layers, mut fineness) = (self.layers, self.fineness);
+        let separation_z = layer_separation_z(slope_px);
+        let mut order = PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation_z };
         if view.is_scene() && 0.5 * slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
             frame.skip("nothing hidden shows: no layers");
-            (layers, fineness) = (1, 1);
+            order = PeelOrder { count: 1, fineness: 1, ..order };
         }
-        Ok(view.peeled(frame, layers, fineness, layer_separation_z(slope_px))?)
+        Ok(view.peeled(frame, &order)?)
     }
 
     /// Records the passes that find the tiles, without the rays: what a test or an overlay
@@ -229,6 +237,9 @@ impl Adaptive {
         let peeled = self.peel(frame, view, lens)?;
         let grid = grid(frame, view, lens, &peeled);
         let adaptive = self.uniform(frame, view, lens, &grid, &peeled);
+        if peeled.lights.is_none() {
+            frame.skip("no highlights");
+        }
         let tiles = tiles::build(frame, view, lens, &peeled, &adaptive);
         Ok((peeled, adaptive, tiles))
     }
@@ -279,65 +290,4 @@ fn grid(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, peeled: &Peeled) ->
         far_px = lens.coc().k_px;
     }
     TileGrid::new(view, lens, near_px, far_px)
-}
-
-/// What the ray passes read and write.
-struct Traced {
-    adaptive: AdaptiveUniform,
-    tiles: Tiles,
-    peeled: Peeled,
-    points: wgpu::Buffer,
-    buckets: Texture,
-    /// Texels of radii and colour read, share of rays that hit hidden layers, share that
-    /// hit nothing, class / 2.
-    counts: Texture,
-    result: Texture,
-}
-
-impl Traced {
-    fn record(&self, frame: &mut Frame<'_>) {
-        for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
-            let mut pass = self.pass(frame, entry, class);
-            if let Class::Complex = class {
-                let highlights = &self.tiles.highlights;
-                pass = pass
-                    .buffer("tiles", &self.tiles.dilated)
-                    .uniform("highlights", &highlights.uniform)
-                    .buffer("emitter_lists", &highlights.lists)
-                    .buffer("emitters", &highlights.emitters)
-                    .texture("aperture", &highlights.aperture);
-            }
-            pass.texture("radii", &self.tiles.radii)
-                .sampler("linear_clamp", SamplerKind::Linear)
-                .buffer("lens_points", &self.points)
-                .texture("new_buckets", &self.buckets)
-                .texture("counts", &self.counts)
-                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
-        }
-        for class in [Class::Complex, Class::Uniform] {
-            self.pass(frame, "composite", class)
-                .buffer("tiles", &self.tiles.dilated)
-                .texture("buckets", &self.buckets)
-                .texture("result", &self.result)
-                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
-        }
-        self.pass(frame, "copy_sharp", Class::Copy)
-            .texture("counts", &self.counts)
-            .texture("result", &self.result)
-            .dispatch_indirect(&self.tiles.dispatches, 0);
-        if frame.keeps_intermediates() {
-            frame.expose("reads, hidden hits, misses", &self.counts);
-        }
-    }
-
-    /// A pass over the listed tiles of a class, with what all of them bind.
-    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str, class: Class) -> crate::gpu::Pass<'f, 'g> {
-        frame
-            .pass(&SHADER, entry)
-            .uniform("adaptive", &self.adaptive)
-            .uniform("listed", &Listed { class_of: class as u32 })
-            .buffer("lists", &self.tiles.lists)
-            .buffer("dispatches", &self.tiles.dispatches)
-            .texture("colors", &self.peeled.color)
-    }
 }

@@ -11,12 +11,16 @@ const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 /// `count` lens points for each of the 8x8 pixels of a tile, row by row: a Vogel spiral
 /// turned by interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call
 /// of Duty: Advanced Warfare", 2014), taken from the disc to the aperture. Without
-/// `rotate` all pixels share one set.
-pub fn lens_points(aperture: &Aperture, count: u32, rotate: bool) -> Vec<[f32; 2]> {
+/// `rotate` all pixels share one set. Every `frame` has other angles and radii, as far from
+/// those of the frames before as can be: steps of Roberts's R2 sequence ("The Unreasonable
+/// Effectiveness of Quasirandom Sequences", 2018).
+pub fn lens_points(aperture: &Aperture, count: u32, rotate: bool, frame: u32) -> Vec<[f32; 2]> {
+    let frame_turn = (f64::from(frame) * 0.754_877_666_246_692_7).fract();
+    let frame_ring = (0.5 + f64::from(frame) * 0.569_840_290_998_053_3).fract();
     let pixel_points = |pixel: u32| {
-        let turn = if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
+        let turn = frame_turn + if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
         (0..count).map(move |i| {
-            let radius = ((f64::from(i) + 0.5) / f64::from(count)).sqrt();
+            let radius = ((f64::from(i) + frame_ring) / f64::from(count)).sqrt();
             let angle = GOLDEN_ANGLE * f64::from(i) + TAU * turn;
             let disc = radius * dvec2(angle.cos(), angle.sin());
             let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };

@@ -4,7 +4,7 @@
 //! the pinhole sees within reach are dropped; what is left makes the tile's class.
 
 use super::AdaptiveUniform;
-use super::highlights::{Highlights, LIMIT};
+use super::highlights::{self, Highlights};
 use crate::gpu::{Frame, Shader, Texture};
 use crate::lens::Lens;
 use crate::shader;
@@ -18,6 +18,10 @@ pub const TILE_PX: u32 = 8;
 
 /// Bins of s: `BINS` in `shaders/lib/layers.wgsl`.
 pub const BINS: u32 = 64;
+
+/// CoC radius, px, below which a tile counts as in focus: `COPY_S` in the shader. A disc
+/// of that radius has a standard deviation of half of it on each axis.
+pub const COPY_RADIUS_PX: f64 = 0.4;
 
 /// Greatest CoC radius, px, that rays are traced for; what is blurred more is blurred as
 /// much as this. Beyond it the search for neighbours costs more than the picture shows.
@@ -52,7 +56,8 @@ pub struct Tiles {
     pub dispatches: wgpu::Buffer,
     /// Class / 2 of each inner tile, to look at.
     pub classes: Texture,
-    pub(super) highlights: Highlights,
+    /// Where there is light far brighter than white.
+    pub(super) highlights: Option<Highlights>,
 }
 
 /// The bins and tiles of a view through a lens.
@@ -90,7 +95,7 @@ impl TileGrid {
 }
 
 /// Records the passes that find the tiles of `peeled`.
-pub fn build(
+pub(super) fn build(
     frame: &mut Frame<'_>,
     view: &mut View,
     lens: &Lens,
@@ -112,10 +117,14 @@ pub fn build(
         .texture("radii", &radii)
         .buffer("marked", &marked)
         .dispatch_groups(outer.x, outer.y, 1);
-    let highlights = if view.brightest(frame) > LIMIT {
-        Highlights::find(frame, &lens.aperture, peeled, &radii, adaptive)
-    } else {
-        Highlights::none(frame, adaptive)
+    let lens_uniform = view.lens_uniform(lens);
+    let highlights = peeled
+        .lights
+        .as_ref()
+        .map(|lights| Highlights::find(frame, (&lens.aperture, &lens_uniform), lights, peeled, adaptive));
+    let emitter_counts = match &highlights {
+        Some(highlights) => highlights.counts.clone(),
+        None => highlights::counts(gpu, adaptive),
     };
     let tiles = Tiles {
         radii,
@@ -137,13 +146,13 @@ pub fn build(
         .uniform("adaptive", adaptive)
         .buffer("marked", &tiles.marked)
         .buffer("rows", &rows)
-        .buffer("emitter_counts", &tiles.highlights.counts)
+        .buffer("emitter_counts", &emitter_counts)
         .buffer("dilated", &tiles.dilated)
         .buffer("lists", &tiles.lists)
         .buffer("dispatches", &tiles.dispatches)
         .texture("classes", &tiles.classes)
         .dispatch(inner);
     frame.pass(&SHADER, "plan_dispatches").buffer("dispatches", &tiles.dispatches).dispatch_groups(1, 1, 1);
-    frame.expose("tile class", &tiles.classes);
+    frame.expose("tile class: black copied, grey of one blur, white traced", &tiles.classes);
     tiles
 }

@@ -1,0 +1,62 @@
+// adaptive, pass 4: what emitters bring to the pixels that their blur covers, each through
+// one ray that asks whether the pixel sees it (src/methods/adaptive/highlights.rs).
+
+#import emitters
+#import layers
+#import lens_rays
+#import listed_tiles
+
+@group(0) @binding(0) var<uniform> adaptive: Adaptive;
+@group(0) @binding(1) var<uniform> highlights: Highlights;
+@group(0) @binding(2) var<storage, read> emitter_lists: array<u32>;
+@group(0) @binding(3) var<storage, read> emitters: array<Emitter>;
+/// Density of lens points over the square of v from -2 to 2 lens radii, with mipmaps.
+@group(0) @binding(4) var aperture: texture_2d<f32>;
+@group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
+
+/// What the tile's emitters bring to `p`, each through one ray.
+fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
+    let listed_count = min(count, highlights.capacity);
+    let start = (tile.y * adaptive.inner_tiles.x + tile.x) * highlights.capacity;
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < listed_count; i++) {
+        let emitter = emitters[emitter_lists[start + i]];
+        // The emitter covers a square of the lens, and mipmaps hold means over such: one
+        // level finer, as the bilinear read widens it to nearly the square's own variance.
+        let v = (p - emitter.at) / emitter.s;
+        let texel_v = 4.0 * adaptive.lens_radius / f32(textureDimensions(aperture).x);
+        let level = log2(emitter.side / (abs(emitter.s) * texel_v)) - 1.0;
+        let uv = 0.5 + 0.25 * v / adaptive.lens_radius;
+        let density = textureSampleLevel(aperture, linear_clamp, uv, level).r;
+        if density <= 0.0 || any(uv < vec2f(0.0)) || any(uv > vec2f(1.0)) {
+            continue;
+        }
+        let hit = trace(p, v);
+        if hit.layer >= 0 && hit.s < emitter.s - 0.5 - 0.1 * abs(emitter.s) {
+            continue;
+        }
+        sum += emitter.excess * (density / (emitter.s * emitter.s));
+    }
+    // Those that did not fit in the list count as the mean of those that did.
+    return sum * (f32(count) / f32(max(listed_count, 1u)));
+}
+
+@compute @workgroup_size(8, 8)
+fn add_glow(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let tile = listed_tile(group);
+    if index == 0u && is_tile(tile) {
+        let found = tile_at(tile);
+        find_runs(vec2u(found.low, found.high));
+        emitter_count = found.emitters;
+    }
+    workgroupBarrier();
+    let pixel = tile * TILE + local.xy;
+    if emitter_count > 0u && all(pixel < adaptive.size) {
+        let p = vec2f(pixel + adaptive.overscan) + 0.5;
+        textureStore(new_glow, pixel, vec4f(glow(p, tile, emitter_count), 1.0));
+    }
+}

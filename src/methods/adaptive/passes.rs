@@ -1,0 +1,123 @@
+//! The passes that follow the tiles: rays, glow, composite.
+
+use super::AdaptiveUniform;
+use super::explain::explain;
+use super::tiles::Tiles;
+use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
+use crate::view::Peeled;
+use crate::{shader, uniform};
+use glam::UVec2;
+
+const TRACE: Shader = shader!("methods/adaptive_trace");
+const GLOW: Shader = shader!("methods/adaptive_glow");
+const COMPOSITE: Shader = shader!("methods/adaptive_composite");
+
+/// Buckets of s: `BUCKETS` in `shaders/lib/layers.wgsl`.
+const BUCKETS: u32 = 5;
+
+uniform! {
+    struct Listed {
+        class_of: u32,
+    }
+}
+
+/// Classes of tiles, with their indices in lists and dispatches.
+#[derive(Clone, Copy)]
+enum Class {
+    Copy = 0,
+    Uniform = 1,
+    Complex = 2,
+}
+
+/// What the rays of a frame read.
+pub(super) struct Rays<'a> {
+    pub adaptive: &'a AdaptiveUniform,
+    pub tiles: &'a Tiles,
+    pub peeled: &'a Peeled,
+    /// [`lens_points`](super::lens_points).
+    pub points: &'a [[f32; 2]],
+}
+
+impl Rays<'_> {
+    /// Records all passes and returns the image.
+    pub fn record(&self, frame: &mut Frame<'_>) -> Texture {
+        let (size, half) = (UVec2::from(self.adaptive.size), wgpu::TextureFormat::Rgba16Float);
+        let key = TextureKey { size, levels: 1, layers: BUCKETS, format: half };
+        let buckets = frame.gpu().texture_of("buckets", key);
+        let looked_at = self.adaptive.diagnose != 0;
+        let counts = frame.texture("counts", if looked_at { size } else { UVec2::ONE }, half);
+        self.trace(frame, &buckets, &counts);
+        let glow = self.glow(frame);
+        let result = frame.color_texture("adaptive", size);
+        for class in [Class::Complex, Class::Uniform] {
+            self.pass(frame, &COMPOSITE, "composite", class)
+                .buffer("tiles", &self.tiles.dilated)
+                .texture("buckets", &buckets)
+                .texture("glow", &glow)
+                .texture("result", &result)
+                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
+        }
+        self.pass(frame, &COMPOSITE, "copy_sharp", Class::Copy)
+            .texture("counts", &counts)
+            .texture("result", &result)
+            .dispatch_indirect(&self.tiles.dispatches, 0);
+        if looked_at {
+            explain(frame, &self.tiles.classes, &counts, &buckets);
+        }
+        result
+    }
+
+    /// Gathers the hits of every pixel's rays.
+    fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
+        let points = frame.gpu().buffer_of("lens points", self.points);
+        for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
+            let mut pass = self.pass(frame, &TRACE, entry, class);
+            if let Class::Complex = class {
+                pass = pass.buffer("tiles", &self.tiles.dilated);
+            }
+            pass.texture("radii", &self.tiles.radii)
+                .sampler("linear_clamp", SamplerKind::Linear)
+                .buffer("lens_points", &points)
+                .texture("new_buckets", buckets)
+                .texture("counts", counts)
+                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
+        }
+    }
+
+    /// What emitters bring, where there are any.
+    fn glow(&self, frame: &mut Frame<'_>) -> Texture {
+        let half = wgpu::TextureFormat::Rgba16Float;
+        let Some(highlights) = &self.tiles.highlights else {
+            return frame.texture("no glow", UVec2::ONE, half);
+        };
+        let glow = frame.texture("glow", UVec2::from(self.adaptive.size), half);
+        frame
+            .pass(&GLOW, "add_glow")
+            .uniform("adaptive", self.adaptive)
+            .uniform("listed", &Listed { class_of: Class::Complex as u32 })
+            .buffer("lists", &self.tiles.lists)
+            .buffer("dispatches", &self.tiles.dispatches)
+            .buffer("tiles", &self.tiles.dilated)
+            .uniform("highlights", &highlights.uniform)
+            .buffer("emitter_lists", &highlights.lists)
+            .buffer("emitters", &highlights.emitters)
+            .texture("aperture", &highlights.aperture)
+            .texture("radii", &self.tiles.radii)
+            .sampler("linear_clamp", SamplerKind::Linear)
+            .texture("new_glow", &glow)
+            .dispatch_indirect(&self.tiles.dispatches, 16 * Class::Complex as u64);
+        frame.expose("glow of highlights", &glow);
+        glow
+    }
+
+    /// A pass over the listed tiles of a class, with what most of them bind.
+    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, shader: &Shader, entry: &str, class: Class) -> Pass<'f, 'g> {
+        frame
+            .pass(shader, entry)
+            .uniform("adaptive", self.adaptive)
+            .uniform("listed", &Listed { class_of: class as u32 })
+            .buffer("lists", &self.tiles.lists)
+            .buffer("dispatches", &self.tiles.dispatches)
+            .texture("colors", &self.peeled.color)
+    }
+}
