@@ -41,6 +41,9 @@ struct Adaptive {
     diagnose: u32,
     /// Texels of the layers a pixel on each side.
     fineness: u32,
+    /// Off-centre views, 0 or 4, and how far from the lens's centre each lies on both axes.
+    views: u32,
+    view_distance: f32,
 }
 
 /// The position in the layers, texels, of the position `at` in the outer frame, px: texel

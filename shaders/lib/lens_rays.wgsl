@@ -78,18 +78,25 @@ fn nearest_to(s: vec4f, wanted: f32) -> i32 {
     return select(first, second, min(d.z, d.w) < min(d.x, d.y));
 }
 
+/// |s|, px, up to which silhouettes are sharp enough to need a step for each texel.
+const FINE_UP_TO_S = 2.5;
+
+/// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
+fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
+    let fine = adaptive.fineness > 1u && abs(start) < FINE_UP_TO_S;
+    let px = select(2.0, 1.0 / f32(adaptive.fineness), fine);
+    let limit = select(end, min(end, -FINE_UP_TO_S), start < -FINE_UP_TO_S);
+    return min(px / max(length(v), 1e-3), limit - start);
+}
+
 /// The first surface on the ray through `p` and lens point `v`.
 fn trace(p: vec2f, v: vec2f) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
-        let run = runs[r];
-        // A step may cross two pixels, but near the focus a texel: there silhouettes are sharp.
-        let sharp = adaptive.fineness > 1u && max(abs(run.x), abs(run.y)) < 2.5;
-        let steps_per_px = select(0.5, f32(adaptive.fineness), sharp);
-        let steps = max(1u, u32(ceil(steps_per_px * length(v) * (run.y - run.x))));
-        let width = (run.y - run.x) / f32(steps);
-        for (var i = 0u; i < steps; i++) {
-            let start = run.x + f32(i) * width;
+        let end = runs[r].y;
+        var width = 0.0;
+        for (var start = runs[r].x; start < end; start += width) {
+            width = step_from(start, end, v);
             let at = p - v * (start + 0.5 * width);
             let s = radii_at(at);
             reads += 1u;

@@ -3,6 +3,7 @@
 
 #import layers
 #import lens_rays
+#import lens_views
 #import listed_tiles
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;
@@ -51,6 +52,17 @@ fn trace_complex(
     var layers_hit = 0.0;
     for (var i = 0u; i < adaptive.points; i++) {
         let v = lens_points[index * adaptive.points + i];
+        let nearby = serving_view(v);
+        if nearby >= 0 {
+            let seen = trace_in_view(p, v, nearby);
+            reads += seen.reads;
+            if seen.layer >= 0 {
+                sums[bucket_of(seen.s)] += vec4f(color_in_view(seen, p, v, nearby, emitter_count > 0u), 1.0);
+                hits += 1.0;
+                reads += 1u;
+                continue;
+            }
+        }
         let hit = trace(p, v);
         reads += hit.reads;
         if hit.layer >= 0 {

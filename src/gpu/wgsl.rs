@@ -32,6 +32,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/layers"),
     shader!("lib/lens"),
     shader!("lib/lens_rays"),
+    shader!("lib/lens_views"),
     shader!("lib/listed_tiles"),
     shader!("lib/sampling"),
     shader!("lib/shading"),

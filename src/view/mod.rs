@@ -13,6 +13,7 @@ mod samples;
 mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
+pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, PEELED_LEVELS, PeelOrder, Peeled, layer_separation_z};
 pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};

@@ -84,6 +84,7 @@ uniform! {
     struct ReduceParams {
         finer_size: [u32; 2],
         layer: u32,
+        _pad: u32,
     }
 }
 
@@ -104,8 +105,12 @@ impl View {
         let PeelOrder { count, fineness, draws, separation_z } = order;
         let mut nearer = self.fine_layer(frame, "fine layer", fineness, LayerQuery::NEAREST)?;
         let samples = Samples { fineness, draws, same_z: separation_z };
-        let (averaged, lights) = self.sampled(frame, &nearer, &samples);
         let outer = nearer.color.size();
+        let params = PeelParams::new(outer, fineness, separation_z);
+        let drawn = nearer.clone();
+        if fineness > 1 {
+            nearer.color = self.matched(frame, &nearer, &params);
+        }
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
         let (half, float) = (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float);
         let gpu = frame.gpu();
@@ -114,7 +119,7 @@ impl View {
         // A shader's array needs two layers to be one.
         let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
         let depth = gpu.texture_of("layer depths", key);
-        let params = PeelParams::new(outer, fineness, separation_z);
+        let (averaged, lights) = self.sampled(frame, &drawn, &samples);
         let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
             let marked = frame.texture("marked depth", outer, float);
@@ -140,6 +145,22 @@ impl View {
         let peeled = Peeled { color, depth, layers: count, fineness, lights, order };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
+    }
+
+    /// The colours of the first fine layer, at pixel centres those of the pinhole image.
+    fn matched(&mut self, frame: &mut Frame<'_>, fine: &Layer, params: &PeelParams) -> Texture {
+        let pinhole = self.pinhole(frame);
+        let matched = frame.texture("matched texels", fine.color.size(), fine.color.format());
+        frame
+            .pass(&SHADER, "match_pinhole")
+            .uniform("params", params)
+            .texture("color", &fine.color)
+            .texture("depth", &fine.depth)
+            .texture("coarse_color", &pinhole.color)
+            .texture("coarse_depth", &pinhole.depth)
+            .texture("matched_color", &matched)
+            .dispatch(matched.size());
+        matched
     }
 
     fn fine_layer(
@@ -192,7 +213,8 @@ fn find_needed(frame: &mut Frame<'_>, depth: &Texture, params: &PeelParams, laye
     needed
 }
 
-fn copy_to_array_layer(frame: &mut Frame<'_>, from: &Texture, to: &Texture, layer: u32) {
+/// Copies level 0 of an image to an array layer of another of the same format.
+pub(crate) fn copy_to_array_layer(frame: &mut Frame<'_>, from: &Texture, to: &Texture, layer: u32) {
     let size = wgpu::Extent3d { width: from.size().x, height: from.size().y, depth_or_array_layers: 1 };
     let mut target = to.raw().as_image_copy();
     target.origin.z = layer;
@@ -206,7 +228,7 @@ fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2, layer: u32) {
         let size = finer_size.map(|side| side.div_ceil(2));
         frame
             .pass(&SHADER, "reduce_layer")
-            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array(), layer })
+            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array(), layer, ..Default::default() })
             .level("finer", color, level - 1)
             .level("coarser", color, level)
             .dispatch(size);

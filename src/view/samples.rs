@@ -146,7 +146,7 @@ pub(super) fn fine_shot<'a>(
 /// `shift_px` beside the pixel's own centre.
 pub(super) fn fine_clip_from_view(projection: &Projection, fineness: u32, shift_px: DVec2) -> Mat4 {
     // x_clip grows by shift * w, and w = -z.
-    let texels = 0.5 * f64::from(fineness - 1) - shift_px * f64::from(fineness);
+    let texels = 0.5 * f64::from(fineness - 1) + shift_px * f64::from(fineness);
     let shift_ndc = (2.0 * texels / projection.outer_size().as_dvec2()).as_vec2() * Vec2::new(-1.0, 1.0);
     let mut moved = projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
     moved.z_axis.x -= shift_ndc.x;

@@ -24,6 +24,7 @@ mod passes;
 mod points;
 mod progressive;
 pub mod tiles;
+mod views;
 
 use super::{About, AccumulationRun, Apertures, Method, MethodError, Param, pinhole};
 use crate::gpu::{Frame, Texture};
@@ -34,9 +35,13 @@ use passes::Rays;
 pub use points::lens_points;
 pub use progressive::{AdaptiveRun, TURNED_FRAMES};
 use tiles::{TileGrid, Tiles};
+use views::Views;
 
 /// Names of the numbers of lens points a pixel.
 const POINTS: &[&str] = &["8", "16", "32", "64"];
+
+/// Names of the numbers of off-centre views.
+const VIEWS: &[&str] = &["0", "4"];
 
 /// Layers that fit in one texel of radii.
 const MAX_LAYERS: u32 = 4;
@@ -55,6 +60,8 @@ pub struct Adaptive {
     pub fineness: u32,
     /// Times on each axis that the first layer is drawn, moved by parts of a texel, 1 to 4.
     pub draws: u32,
+    /// Index of the number of off-centre views: 0 or 4.
+    pub views: usize,
     /// Whether surfaces behind all that is seen are left out.
     pub cull: bool,
     /// Whether each pixel has its own lens points.
@@ -67,7 +74,17 @@ pub struct Adaptive {
 
 impl Default for Adaptive {
     fn default() -> Self {
-        Self { points: 1, layers: MAX_LAYERS, fineness: 2, draws: 2, cull: true, jitter: true, filter: true, frames: 1 }
+        Self {
+            points: 1,
+            layers: MAX_LAYERS,
+            fineness: 2,
+            draws: 2,
+            views: 0,
+            cull: true,
+            jitter: true,
+            filter: true,
+            frames: 1,
+        }
     }
 }
 
@@ -93,6 +110,8 @@ uniform! {
         narrow_s: f32,
         diagnose: u32,
         fineness: u32,
+        views: u32,
+        view_distance: f32,
     }
 }
 
@@ -146,6 +165,13 @@ impl Method for Adaptive {
                 &mut self.draws,
                 (1, MAX_DRAWS),
                 "Draws the nearest layer this often on each axis, moved by parts of a texel: blurred surfaces show the mean, and glints and small lights as much light as they have. Costs time only when the view changes.",
+            ),
+            Param::choice(
+                "views",
+                "Off-centre views",
+                &mut self.views,
+                VIEWS,
+                "Draws the scene from four more points of the lens, at each change of lens or view: rays near them see what is really there.",
             ),
             Param::switch(
                 "cull",
@@ -205,7 +231,12 @@ impl Adaptive {
     fn turned(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, turn: u32) -> Result<Texture, MethodError> {
         let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
         let points = lens_points(&lens.aperture, adaptive.points, self.jitter, turn);
-        Ok(Rays { adaptive: &adaptive, tiles: &tiles, peeled: &peeled, points: &points }.record(frame))
+        let views = match adaptive.views {
+            0 => Views::none(frame, lens),
+            _ => Views::draw(frame, view, lens, &adaptive)?,
+        };
+        let rays = Rays { adaptive: &adaptive, tiles: &tiles, peeled: &peeled, views: &views, points: &points };
+        Ok(rays.record(frame))
     }
 
     /// The layers that the lens can show parts of: one where no neighbouring pixels lie far
@@ -274,6 +305,9 @@ impl Adaptive {
             narrow_s,
             diagnose: frame.keeps_intermediates().into(),
             fineness: peeled.fineness,
+            views: if view.is_scene() { [0, 4][self.views.min(1)] } else { 0 },
+            // On each of two axes.
+            view_distance: (views::DISTANCE * lens.aperture.radius() * std::f64::consts::FRAC_1_SQRT_2) as f32,
         }
     }
 }

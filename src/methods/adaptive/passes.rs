@@ -3,6 +3,7 @@
 use super::AdaptiveUniform;
 use super::explain::explain;
 use super::tiles::Tiles;
+use super::views::Views;
 use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::view::Peeled;
 use crate::{shader, uniform};
@@ -34,6 +35,7 @@ pub(super) struct Rays<'a> {
     pub adaptive: &'a AdaptiveUniform,
     pub tiles: &'a Tiles,
     pub peeled: &'a Peeled,
+    pub views: &'a Views,
     /// [`lens_points`](super::lens_points).
     pub points: &'a [[f32; 2]],
 }
@@ -73,7 +75,10 @@ impl Rays<'_> {
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
             let mut pass = self.pass(frame, &TRACE, entry, class);
             if let Class::Complex = class {
-                pass = pass.buffer("tiles", &self.tiles.dilated);
+                pass = pass
+                    .buffer("tiles", &self.tiles.dilated)
+                    .texture("view_radii", &self.views.radii)
+                    .texture("view_colors", &self.views.colors);
             }
             pass.texture("radii", &self.tiles.radii)
                 .sampler("linear_clamp", SamplerKind::Linear)
