@@ -9,7 +9,7 @@ use defocus::gpu::{download, download_depth};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::adaptive::tiles::{BINS, TILE_PX, Tile, TileGrid};
-use defocus::methods::adaptive::{Adaptive, lens_points};
+use defocus::methods::adaptive::{Adaptive, AdaptiveRun, TURNED_FRAMES, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::metrics::{self, CompareOptions};
 use defocus::scene::{Material, Mesh};
@@ -427,4 +427,187 @@ fn an_image_with_depth_needs_no_scene() {
     assert!(image.pixels.iter().all(|p| p.max_element() < 1.0 && p.min_element() > -1e-3));
     let spread = |image: &ColorImage| image.pixels.iter().map(|p| (p.x - 0.44).powi(2)).sum::<f32>();
     assert!(spread(&image) < 0.5 * spread(&color));
+}
+
+#[test]
+fn nothing_is_traced_where_all_tiles_are_in_focus() {
+    let mut view = view_of(vec![quad(2.03, vec2(-9.0, -9.0), vec2(9.0, 9.0), 0)], vec![textured()]);
+    let mut frame = gpu().frame();
+    let texture = methods::record(&Adaptive::default(), &mut frame, &mut view, &lens()).unwrap();
+    let stats = frame.finish().stats;
+    // |s| = 6 * 0.03 / 2.03 px = 0.09 px: less than what counts as in focus.
+    assert_eq!(stats.skipped.get("all tiles in focus"), Some(&1), "{stats:?}");
+    // The pinhole image and its bounds.
+    assert_eq!((stats.views, stats.passes), (1, 2), "{stats:?}");
+    let pinhole = render(&methods::Pinhole, &mut view, &lens());
+    assert_eq!(download(gpu(), &texture), pinhole);
+}
+
+/// Hidden layers are drawn near edges only; that nothing is missed there is what
+/// comparisons with accumulation show.
+#[test]
+fn hidden_layers_are_left_out_far_from_edges() {
+    let wall = quad(8.0, vec2(-20.0, -20.0), vec2(20.0, 20.0), 2);
+    // Covers the left half, up to the middle of the frame.
+    let front = quad(1.0, vec2(-9.0, -9.0), vec2(0.0, 9.0), 0);
+    let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y), unlit(Vec3::Z)]);
+    let mut frame = gpu().frame();
+    // From the stored depths 0.1 and 0.0125: up to 0.1 / 0.02 = 5 px behind the edge.
+    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation_z: 0.02 };
+    let peeled = view.peeled(&mut frame, &order).unwrap();
+    frame.finish();
+    let second = download_array_layer(&peeled.depth, 1);
+    let middle = second.size.x / 2;
+    for y in 0..second.size.y {
+        for x in 0..second.size.x {
+            let z = second.at(x, y);
+            if x < middle && x + 6 >= middle {
+                assert!((z - 0.0125).abs() < 1e-4, "{x}, {y}: z = {z}, but the wall shows past the edge");
+            }
+            if x + 6 + 2 * TILE_PX < middle {
+                assert!(z < 0.0, "{x}, {y}: z = {z}, but no ray gets there");
+            }
+        }
+    }
+}
+
+/// One array layer of an R32F texture.
+fn download_array_layer(array: &defocus::gpu::Texture, layer: u32) -> DepthImage {
+    let single = gpu().texture("one layer", array.size(), array.format());
+    let mut frame = gpu().frame();
+    let mut source = array.raw().as_image_copy();
+    source.origin.z = layer;
+    let size = single.raw().size();
+    frame.encoder().copy_texture_to_texture(source, single.raw().as_image_copy(), size);
+    frame.finish();
+    download_depth(gpu(), &single)
+}
+
+#[test]
+fn off_centre_views_see_what_layers_guess() {
+    let lens = lens();
+    let mut view = textured_view(uvec2(128, 96), 16);
+    let truth = render(&Accumulation { samples: 256, ..Accumulation::default() }, &mut view, &lens);
+    // One layer cannot know what the foreground hides; true views do.
+    let one = Adaptive { layers: 1, fineness: 1, draws: 1, ..Adaptive::default() };
+    let without = psnr_db(&render(&one, &mut view, &lens), &truth);
+    let with = psnr_db(&render(&Adaptive { views: 1, ..one }, &mut view, &lens), &truth);
+    println!("one layer {without:.2} dB, with four views {with:.2} dB");
+    assert!(with >= without + 3.0, "{with} dB with views, {without} dB without");
+}
+
+#[test]
+fn it_converges_to_accumulation_while_nothing_moves() {
+    let size = uvec2(64, 48);
+    let mut view = textured_view(size, 16);
+    let truth = render(&Accumulation { samples: 1024, ..Accumulation::default() }, &mut view, &lens());
+    let mut run = AdaptiveRun::new(Adaptive { points: 0, ..Adaptive::default() });
+    let mut db = Vec::new();
+    for target in [1, TURNED_FRAMES, 64, 256, TURNED_FRAMES + 512] {
+        let mut frame = gpu().frame();
+        while run.count() < target {
+            run.advance(&mut frame, &mut view, &lens()).unwrap();
+        }
+        let picture = run.picture(&mut frame).unwrap();
+        frame.finish();
+        db.push(psnr_db(&download(gpu(), &picture), &truth));
+    }
+    println!("{db:.2?} dB after 1, {TURNED_FRAMES}, 64, 256 and {} frames", TURNED_FRAMES + 512);
+    assert!(db.is_sorted(), "{db:?}: more frames are worse");
+    assert!(db[4] > 50.0, "{db:?}");
+}
+
+/// Standard deviation, px, of a picture of one bright patch, on the horizontal axis.
+fn width_px(image: &ColorImage) -> f64 {
+    let moment = |power: i32, centre: f64| -> f64 {
+        let weighted = |(i, p): (usize, &Vec3)| {
+            let x = (i as u32 % image.size.x) as f64 + 0.5;
+            f64::from(p.x) * (x - centre).powi(power)
+        };
+        image.pixels.iter().enumerate().map(weighted).sum()
+    };
+    let total = moment(0, 0.0);
+    let centre = moment(1, 0.0) / total;
+    (moment(2, centre) / total).sqrt()
+}
+
+/// A white patch, 1/12 of the frame's height wide, in a black sheet or alone in front of a
+/// black wall, blurred by 1/8 of the height.
+fn patch_width_px(size: UVec2, method: &Adaptive, in_sheet: bool) -> f64 {
+    let half_m = (30f32.to_radians()).tan() / 12.0;
+    let black_m = if in_sheet { 1.0 } else { 8.0 };
+    let black = |min, max| quad(black_m, black_m * min, black_m * max, 1);
+    let mut meshes = vec![quad(1.0, vec2(-half_m, -half_m), vec2(half_m, half_m), 0)];
+    if in_sheet {
+        meshes.push(black(vec2(-9.0, half_m), vec2(9.0, 9.0)));
+        meshes.push(black(vec2(-9.0, -9.0), vec2(9.0, -half_m)));
+        meshes.push(black(vec2(-9.0, -half_m), vec2(-half_m, half_m)));
+        meshes.push(black(vec2(half_m, -half_m), vec2(9.0, half_m)));
+    } else {
+        meshes.push(black(vec2(-9.0, -9.0), vec2(9.0, 9.0)));
+    }
+    let surfaces =
+        GpuScene::new(gpu(), &scene(meshes, vec![unlit(Vec3::ONE), unlit(Vec3::ZERO)]), SurfaceOptions::default());
+    let mut view = View::of_scene(surfaces, front_camera(), size, 4).unwrap();
+    let lens = common::lens(f64::from(size.y) / 8.0, FOCUS_M);
+    width_px(&render(method, &mut view, &lens))
+}
+
+#[test]
+fn blur_is_as_wide_at_every_resolution_and_number_of_rays() {
+    for height in [48, 96, 192] {
+        let size = uvec2(height * 4 / 3, height);
+        // A disc and a square, independent of each other: variances add.
+        let (radius, side) = (f64::from(height) / 16.0, f64::from(height) / 12.0);
+        let expected = (radius * radius / 4.0 + side * side / 12.0).sqrt();
+        for points in 0..4 {
+            let method = Adaptive { points, ..Adaptive::default() };
+            let [sheet, alone] = [true, false].map(|in_sheet| patch_width_px(size, &method, in_sheet));
+            println!("{size}, {} rays: {sheet:.3} px in a sheet, {alone:.3} px alone, of {expected:.3}", 8 << points);
+            let error = sheet / expected - 1.0;
+            assert!(error.abs() < 0.02, "{size}, {} rays: {sheet} px in a sheet, not {expected}", 8 << points);
+            // The offsets at which rays read make up for the filter's own blur within a surface,
+            // not for that of its outline: up to 3/2 px^2, that of 5 pixels.
+            let widest = (expected * expected + 1.5).sqrt();
+            let within = expected * 0.98..widest * 1.02;
+            assert!(within.contains(&alone), "{size}, {} rays: {alone} px alone, not {expected}", 8 << points);
+        }
+    }
+}
+
+/// Greatest of the mean absolute changes from frame to frame beyond the reference's own.
+fn greatest_excess(frames: &[(ColorImage, ColorImage)]) -> f32 {
+    let change = |a: &ColorImage, b: &ColorImage| -> f32 {
+        let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().element_sum() / 3.0);
+        differences.sum::<f32>() / a.pixels.len() as f32
+    };
+    let excess = |pair: &[(ColorImage, ColorImage)]| change(&pair[0].0, &pair[1].0) - change(&pair[0].1, &pair[1].1);
+    frames.windows(2).map(excess).fold(0.0, f32::max)
+}
+
+/// A slow pull of the focus and a slow move of the camera, 120 frames each.
+#[test]
+fn pictures_are_steady_in_motion() {
+    const FRAMES: u32 = 120;
+    let reference = Accumulation { samples: 32, ..Accumulation::default() };
+    let method = Adaptive { draws: 1, ..Adaptive::default() };
+    let mut view = textured_view(uvec2(32, 24), 8);
+    let pair = |view: &mut View, lens: &Lens| (render(&method, view, lens), render(&reference, view, lens));
+    let pulled: Vec<_> = (0..FRAMES)
+        .map(|i| pair(&mut view, &common::lens(6.0, 1.2 + 1.6 * f64::from(i) / f64::from(FRAMES))))
+        .collect();
+    let moved: Vec<_> = (0..FRAMES)
+        .map(|i| {
+            let mut camera = front_camera();
+            camera.position.x = 0.1 * f64::from(i) / f64::from(FRAMES);
+            view.set_camera(camera);
+            pair(&mut view, &common::lens(6.0, FOCUS_M))
+        })
+        .collect();
+    let (pull, motion) = (greatest_excess(&pulled), greatest_excess(&moved));
+    println!("greatest mean change beyond the reference's own: focus pull {pull:.5}, camera {motion:.5}");
+    // One step of an 8-bit display on average over the frame: each of its 12 tiles that
+    // changed its class with a jump of a tenth would be two.
+    assert!(pull < 1.0 / 255.0, "focus pull: {pull}");
+    assert!(motion < 1.0 / 255.0, "camera: {motion}");
 }
