@@ -5,7 +5,7 @@
 //! that the plane at the focus distance stays where it is, and the views are averaged.
 //! Pixels are not jittered, so that a pixel in focus equals the pinhole image's.
 
-use super::{About, Apertures, Method, MethodError, Param};
+use super::{About, Apertures, Converging, Method, MethodError, Param};
 use crate::gpu::{Frame, Gpu, Shader, Texture};
 use crate::image::ColorImage;
 use crate::lens::Lens;
@@ -83,6 +83,10 @@ impl Method for Accumulation {
         Ok(run.mean(frame))
     }
 
+    fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {
+        Some((Box::new(AccumulationRun::new(self.view_dependent)), self.samples.max(1)))
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }
@@ -144,13 +148,26 @@ impl AccumulationRun {
         Self { view_dependent, sum: RunningMean::default(), snapshots: Vec::new() }
     }
 
-    /// Views summed so far.
-    pub fn count(&self) -> u32 {
+    /// The means over two disjoint sets of lens points, whose difference tells how far the
+    /// run has converged: the points up to the last power of two, and those after it.
+    /// `None` until both are there.
+    pub fn halves(&self, gpu: &Gpu) -> Option<[ColorImage; 2]> {
+        let (half, half_count) = self.snapshots.iter().rev().find(|(_, count)| *count < self.count())?;
+        let rest = self.count() - half_count;
+        let first = crate::gpu::download(gpu, half);
+        let all = crate::gpu::download(gpu, self.sum.sum.as_ref()?);
+        let pixels = all.pixels.iter().zip(&first.pixels).map(|(a, f)| (*a - *f) / rest as f32).collect();
+        let second = ColorImage { size: all.size, pixels };
+        Some([first.map(|p| p / *half_count as f32), second])
+    }
+}
+
+impl Converging for AccumulationRun {
+    fn count(&self) -> u32 {
         self.sum.count()
     }
 
-    /// Draws and adds the next `n` lens points.
-    pub fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
+    fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
         for index in self.count()..self.count() + n {
             let v = lens.aperture.lens_point(index);
             let color = view.from_lens_point(frame, lens, v, self.view_dependent)?.color;
@@ -165,21 +182,7 @@ impl AccumulationRun {
         Ok(())
     }
 
-    /// The mean so far, RGBA32F. Panics before the first view.
-    pub fn mean(&self, frame: &mut Frame<'_>) -> Texture {
+    fn mean(&self, frame: &mut Frame<'_>) -> Texture {
         self.sum.mean(frame).expect("a mean needs at least one view")
-    }
-
-    /// The means over two disjoint sets of lens points, whose difference tells how far the
-    /// run has converged: the points up to the last power of two, and those after it.
-    /// `None` until both are there.
-    pub fn halves(&self, gpu: &Gpu) -> Option<[ColorImage; 2]> {
-        let (half, half_count) = self.snapshots.iter().rev().find(|(_, count)| *count < self.count())?;
-        let rest = self.count() - half_count;
-        let first = crate::gpu::download(gpu, half);
-        let all = crate::gpu::download(gpu, self.sum.sum.as_ref()?);
-        let pixels = all.pixels.iter().zip(&first.pixels).map(|(a, f)| (*a - *f) / rest as f32).collect();
-        let second = ColorImage { size: all.size, pixels };
-        Some([first.map(|p| p / *half_count as f32), second])
     }
 }

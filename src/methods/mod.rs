@@ -128,8 +128,31 @@ pub trait Method: Send + Sync {
     /// which has checked the lens and that there is something to blur.
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError>;
 
+    /// For a method whose picture gets better over many frames: a run of them, and how many
+    /// there are to be.
+    fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {
+        None
+    }
+
     /// A copy with its parameters.
     fn boxed(&self) -> Box<dyn Method>;
+}
+
+/// A picture that gets better frame by frame, as long as view and lens stay: it can be
+/// looked at, carried on or given up at any time.
+pub trait Converging: Send {
+    /// Frames so far.
+    fn count(&self) -> u32;
+
+    /// Adds `n` frames.
+    ///
+    /// # Errors
+    ///
+    /// As [`Method::record`].
+    fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError>;
+
+    /// The picture so far, RGBA32F. Panics before the first frame.
+    fn mean(&self, frame: &mut Frame<'_>) -> Texture;
 }
 
 impl Clone for Box<dyn Method> {

@@ -6,7 +6,7 @@ use crate::display::Display;
 use crate::gpu::{Frame, FrameStats, Gpu, PassTime, download};
 use crate::image::ColorImage;
 use crate::lens::Lens;
-use crate::methods::{self, AccumulationRun, Method, UnknownMethod};
+use crate::methods::{self, AccumulationRun, Converging, Method, UnknownMethod};
 use crate::metrics;
 use crate::raytrace::{RayOptions, RayRender, RayScene, Shading};
 use crate::view::View;

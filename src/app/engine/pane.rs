@@ -6,7 +6,7 @@ use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneSta
 use crate::combine;
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
-use crate::methods::{self, AccumulationRun, IN_FOCUS_COC_PX, Method, Value};
+use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Method};
 use crate::present::{self, DifferenceOf, Map, Overlay, Slice};
 use crate::view::View;
 use std::time::Instant;
@@ -37,7 +37,7 @@ pub struct Pane {
 
 /// A run with its goal.
 pub(super) struct Progressive {
-    pub run: AccumulationRun,
+    pub run: Box<dyn Converging>,
     pub samples: u32,
 }
 
@@ -157,8 +157,8 @@ impl Pane {
     ) -> Result<(), String> {
         self.revision = revision;
         if self.run.is_none() {
-            let mut method = self.state.method.build()?;
-            match progressive(method.as_mut(), frame, view, lens) {
+            let method = self.state.method.build()?;
+            match progressive(method.as_ref(), frame, view, lens) {
                 Some(progressive) => self.run = Some(progressive),
                 None => {
                     let linear = methods::record(method.as_ref(), frame, view, lens).map_err(|e| e.to_string())?;
@@ -169,7 +169,7 @@ impl Pane {
             }
         }
         let Some(Progressive { run, samples }) = &mut self.run else { return Ok(()) };
-        frame.set_prefix("accumulation/");
+        frame.set_prefix(format!("{}/", self.state.method.id));
         run.advance(frame, view, lens, views.min(*samples - run.count())).map_err(|e| e.to_string())?;
         let (count, mean) = (run.count(), run.mean(frame));
         if count == *samples || (count >= LEAST_SAMPLES && passed_power_of_two(self.milestone.as_ref(), count)) {
@@ -295,21 +295,8 @@ fn passed_power_of_two(last: Option<&Milestone>, count: u32) -> bool {
 }
 
 /// A run for the method that converges over many frames, where there is blur to converge.
-fn progressive(method: &mut dyn Method, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Option<Progressive> {
-    if method.about().id != "accumulation" || !view.is_scene() {
-        return None;
-    }
+fn progressive(method: &dyn Method, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Option<Progressive> {
+    let (run, samples) = method.converging()?;
     let [low, high] = view.coc_bounds_px(frame, lens);
-    if low.abs().max(high.abs()) < IN_FOCUS_COC_PX {
-        return None;
-    }
-    let (mut samples, mut view_dependent) = (1, false);
-    for param in method.params() {
-        match (param.key, param.value) {
-            ("samples", Value::Int { value, .. }) => samples = *value,
-            ("view_dependent", Value::Switch(on)) => view_dependent = *on,
-            _ => {}
-        }
-    }
-    Some(Progressive { run: AccumulationRun::new(view_dependent), samples: samples.max(1) })
+    (low.abs().max(high.abs()) >= IN_FOCUS_COC_PX).then_some(Progressive { run, samples })
 }

@@ -26,7 +26,7 @@ mod progressive;
 pub mod tiles;
 mod views;
 
-use super::{About, AccumulationRun, Apertures, Method, MethodError, Param, pinhole};
+use super::{About, AccumulationRun, Apertures, Converging, Method, MethodError, Param, pinhole};
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
 use crate::uniform;
@@ -211,14 +211,16 @@ impl Method for Adaptive {
         if self.frames <= 1 {
             return self.turned(frame, view, lens, 0);
         }
-        let mut run = AdaptiveRun::new(Self { frames: 1, ..self.clone() });
-        for index in 0..self.frames {
-            run.advance(frame, view, lens)?;
-            if index % FRAMES_A_FLUSH == FRAMES_A_FLUSH - 1 {
-                frame.flush();
-            }
+        let mut run = AdaptiveRun::new(self.clone());
+        while run.count() < self.frames {
+            run.advance(frame, view, lens, FRAMES_A_FLUSH.min(self.frames - run.count()))?;
+            frame.flush();
         }
-        Ok(run.picture(frame).expect("there is at least one frame"))
+        Ok(run.mean(frame))
+    }
+
+    fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {
+        (self.frames > 1).then(|| (Box::new(AdaptiveRun::new(self.clone())) as Box<dyn Converging>, self.frames))
     }
 
     fn boxed(&self) -> Box<dyn Method> {

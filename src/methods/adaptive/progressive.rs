@@ -9,8 +9,8 @@
 use super::{AccumulationRun, Adaptive};
 use crate::gpu::{Frame, Shader, Texture};
 use crate::lens::Lens;
-use crate::methods::MethodError;
 use crate::methods::accumulation::RunningMean;
+use crate::methods::{Converging, MethodError};
 use crate::view::View;
 use crate::{shader, uniform};
 
@@ -42,17 +42,7 @@ impl AdaptiveRun {
         Self { method, turned: RunningMean::default(), views: AccumulationRun::new(false) }
     }
 
-    /// Frames so far.
-    pub fn count(&self) -> u32 {
-        self.turned.count() + self.views.count()
-    }
-
-    /// Adds a frame.
-    ///
-    /// # Errors
-    ///
-    /// Those of the layers and of the views.
-    pub fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<(), MethodError> {
+    fn advance_once(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<(), MethodError> {
         // An image has no other views: turning lens points is all there is.
         if self.turned.count() >= TURNED_FRAMES && view.is_scene() {
             return self.views.advance(frame, view, lens, 1);
@@ -61,12 +51,21 @@ impl AdaptiveRun {
         self.turned.add(frame, &image);
         Ok(())
     }
+}
 
-    /// The picture so far, RGBA32F; `None` before the first frame.
-    pub fn picture(&self, frame: &mut Frame<'_>) -> Option<Texture> {
-        let turned = self.turned.mean(frame)?;
+impl Converging for AdaptiveRun {
+    fn count(&self) -> u32 {
+        self.turned.count() + self.views.count()
+    }
+
+    fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
+        (0..n).try_for_each(|_| self.advance_once(frame, view, lens))
+    }
+
+    fn mean(&self, frame: &mut Frame<'_>) -> Texture {
+        let turned = self.turned.mean(frame).expect("a mean needs at least one frame");
         if self.views.count() == 0 {
-            return Some(turned);
+            return turned;
         }
         let views = self.views.mean(frame);
         let blended = frame.texture("converging", views.size(), views.format());
@@ -78,6 +77,6 @@ impl AdaptiveRun {
             .texture("views", &views)
             .texture("blended", &blended)
             .dispatch(views.size());
-        Some(blended)
+        blended
     }
 }
