@@ -4,17 +4,19 @@
 //! pixels, lens rays are straight lines, so the layers that the pinhole sees behind one
 //! another are traced as they are:
 //!
-//! 1. up to four layers are peeled ([`View::peeled`]), finer than the image, and kept while
-//!    the view stays;
+//! 1. up to four layers are peeled ([`View::peeled`]), finer than the image, the first with
+//!    its mean over more samples, and kept while the view stays;
 //! 2. tiles of 8x8 pixels find which of 64 bins of s their rays can meet ([`tiles`]) and
 //!    with that whether they are sharp, of one blur, or need rays through depth;
 //! 3. each pixel traces its own few lens points through the occupied bins;
-//! 4. hits are gathered in five buckets of s, filtered over the neighbours, whose lens
+//! 4. what is far brighter than white reaches the pixels that its blur covers one by one;
+//! 5. hits are gathered in five buckets of s, filtered over the neighbours, whose lens
 //!    points differ, and composited front to back.
 //!
 //! What limits it is the first step: one sample a pixel does not say where a silhouette
 //! lies or how large a small light is, and no ray can find out. Layers of 2x2 texels a pixel
-//! (`fineness`) are therefore the default: they are drawn once while the view stays.
+//! (`fineness`), sampled four times (`draws`), are therefore the default: they are drawn once
+//! while the view stays. `docs/adaptive.md` has pictures and figures.
 //!
 //! Rays that leave the frame meet its border stretched outwards.
 
