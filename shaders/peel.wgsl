@@ -5,6 +5,8 @@
 // most as far as the surface's CoC radius differs from that of what lies behind: so tiles
 // without an edge that near need no hidden layers, and are left out.
 
+#import color
+
 /// Side of a tile, px.
 const TILE_PX = 8u;
 
@@ -69,7 +71,7 @@ fn match_pinhole(@builtin(global_invocation_id) id: vec3u) {
         sum += select(0.0, w.x * w.y, same) * vec4f(moved, 1.0);
     }
     let matched = own.rgb + sum.rgb / max(sum.a, 1e-6);
-    textureStore(matched_color, id.xy, vec4f(max(matched, vec3f(0.0)), own.a));
+    textureStore(matched_color, id.xy, vec4f(clamp(matched, vec3f(0.0), vec3f(MAX_F16)), own.a));
 }
 
 /// By tile: greatest stored depth in x, distance in tiles to the nearest edge in y.

@@ -1,6 +1,6 @@
 //! `adaptive`: its tiles against a search over all pixels, its rays against an exhaustive
 //! walk, its composite against closed forms, its pictures against accumulation; how it
-//! converges, scales and moves in `steadiness`.
+//! converges and moves in `steadiness`.
 
 #[path = "../common/mod.rs"]
 mod common;
