@@ -1,5 +1,5 @@
 // What the passes of `adaptive` share: CoC radii in bins, tiles, and how a layered image
-// is laid out.
+// is laid out. It binds the numbers that all of them need.
 //
 // s = c / 2 is the signed CoC radius in pixels. A lens ray through pixel p and lens point
 // v is p - v * s: straight in (x, y, s).
@@ -45,6 +45,8 @@ struct Adaptive {
     views: u32,
     view_distance: f32,
 }
+
+@group(0) @binding(0) var<uniform> adaptive: Adaptive;
 
 /// The position in the layers, texels, of the position `at` in the outer frame, px: texel
 /// `fineness * i` has its centre at that of pixel i.

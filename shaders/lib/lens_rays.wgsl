@@ -1,5 +1,4 @@
-// A lens ray through peeled layers: what it hits, and the colour there. Whoever imports
-// this binds `adaptive`.
+// A lens ray through peeled layers: what it hits, and the colour there.
 //
 //   s ^            a ray is straight in (x, y, s); it walks the bins that the tile's mask
 //     |  / / ray   says are occupied, front (s < 0) to back, and hits the first surface

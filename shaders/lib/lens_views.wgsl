@@ -1,7 +1,6 @@
 // The same rays through four true views from off the lens's centre, each the nearest to a
 // part of the lens: what they see needs no guess at what is hidden. A view knows one layer;
-// where a ray passes behind that, the layers of the centre are asked. Whoever imports this
-// binds `adaptive`.
+// where a ray passes behind that, the layers of the centre are asked.
 //
 // View i, from the lens point w, shows a surface of radius s at p + w * s where the pinhole
 // shows it at p: in its image the ray through lens point v is p - (v - w) * s.

@@ -1,6 +1,5 @@
 // Tiles of one class, as `plan_dispatches` in adaptive_tiles.wgsl lists them: what an
-// indirect dispatch of one workgroup a tile works on. Whoever imports this binds
-// `adaptive`.
+// indirect dispatch of one workgroup a tile works on.
 
 #import layers
 

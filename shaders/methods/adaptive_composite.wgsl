@@ -5,7 +5,6 @@
 #import layers
 #import listed_tiles
 
-@group(0) @binding(0) var<uniform> adaptive: Adaptive;
 /// The pinhole image in the first array layer.
 @group(0) @binding(1) var colors: texture_2d_array<f32>;
 @group(0) @binding(2) var buckets: texture_2d_array<f32>;

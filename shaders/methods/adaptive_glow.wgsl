@@ -6,7 +6,6 @@
 #import lens_rays
 #import listed_tiles
 
-@group(0) @binding(0) var<uniform> adaptive: Adaptive;
 @group(0) @binding(1) var<uniform> highlights: Highlights;
 @group(0) @binding(2) var<storage, read> emitter_lists: array<u32>;
 @group(0) @binding(3) var<storage, read> emitters: array<Emitter>;

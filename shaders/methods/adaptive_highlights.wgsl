@@ -10,8 +10,7 @@
 #import layers
 #import lens
 
-@group(0) @binding(0) var<uniform> lens: Lens;
-@group(0) @binding(1) var<uniform> adaptive: Adaptive;
+@group(0) @binding(1) var<uniform> lens: Lens;
 @group(0) @binding(2) var<uniform> highlights: Highlights;
 /// Of the first layer, by pixel of the outer frame.
 @group(0) @binding(3) var<storage, read> lights: array<Light>;

@@ -9,8 +9,7 @@
 #import lens
 #import layers
 
-@group(0) @binding(0) var<uniform> lens: Lens;
-@group(0) @binding(1) var<uniform> adaptive: Adaptive;
+@group(0) @binding(1) var<uniform> lens: Lens;
 @group(0) @binding(2) var depth: texture_2d_array<f32>;
 @group(0) @binding(3) var radii: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read_write> marked: array<Tile>;

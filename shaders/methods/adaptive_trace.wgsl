@@ -6,7 +6,6 @@
 #import lens_views
 #import listed_tiles
 
-@group(0) @binding(0) var<uniform> adaptive: Adaptive;
 /// `adaptive.points` lens points for each of the 8x8 pixels of a tile.
 @group(0) @binding(1) var<storage, read> lens_points: array<vec2f>;
 /// Premultiplied hits, one array layer a bucket.
