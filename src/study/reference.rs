@@ -103,7 +103,7 @@ pub fn render_reference(
         }
         (_, Source::Image(_)) => return Err(StudyError::ImageHasNoReference { reference: method }),
         (Reference::Accumulation, _) => {
-            let accumulated = accumulate(source.gpu(), view, lens, request, progress)?;
+            let accumulated = accumulate_in(Gpu::frame, source.gpu(), view, lens, request, progress)?;
             (accumulated.rendered.color, accumulated.halves)
         }
         (Reference::RayTrace, Source::Scene(scene)) => {
@@ -163,20 +163,32 @@ pub fn accumulate(
     request: &ReferenceRequest,
     progress: &mut Progress<'_>,
 ) -> Result<Accumulated, StudyError> {
+    accumulate_in(Gpu::timed_frame, gpu, view, lens, request, progress)
+}
+
+/// As [`accumulate`], in frames that `start` starts: timed ones wait for every pass.
+fn accumulate_in(
+    start: fn(&Gpu) -> Frame<'_>,
+    gpu: &Gpu,
+    view: &mut View,
+    lens: &Lens,
+    request: &ReferenceRequest,
+    progress: &mut Progress<'_>,
+) -> Result<Accumulated, StudyError> {
     let failed = |source| StudyError::Method { method: "accumulation", source };
     lens.check().map_err(|e| failed(e.into()))?;
     let mut run = AccumulationRun::new(request.view_dependent);
     let (mut passes, mut stats) = (Vec::new(), FrameStats::default());
     while run.count() < request.samples {
         step(progress, "accumulation", run.count(), request.samples)?;
-        let mut frame = gpu.timed_frame();
+        let mut frame = start(gpu);
         frame.set_prefix("accumulation/");
         run.advance(&mut frame, view, lens, VIEWS_PER_STEP.min(request.samples - run.count())).map_err(failed)?;
         // Waiting keeps the count honest and the work that cannot be stopped any more short.
         add(frame, &mut passes, &mut stats);
     }
     step(progress, "accumulation", run.count(), request.samples)?;
-    let mut frame = gpu.timed_frame();
+    let mut frame = start(gpu);
     frame.set_prefix("accumulation/");
     let mean = run.mean(&mut frame);
     add(frame, &mut passes, &mut stats);

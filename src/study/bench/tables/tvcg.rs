@@ -66,11 +66,14 @@ fn over_all(results: &BenchResults, method: &str) -> Option<f64> {
 
 fn fig14_claims(results: &BenchResults) -> Vec<Claim> {
     let [ours, zhou, scheuermann, kraus] = METHODS.map(|m| over_all(results, m));
-    let by_coc =
-        |method| -> Vec<f64> { results.plan.blurs.iter().filter_map(|b| at_blur(results, method, *b)).collect() };
+    // A course over the CoC takes more than one of them.
+    let by_coc = |method| -> Vec<f64> {
+        let ratios: Vec<f64> = results.plan.blurs.iter().filter_map(|b| at_blur(results, method, *b)).collect();
+        if ratios.len() > 1 { ratios } else { Vec::new() }
+    };
     let spread = |ratios: &[f64]| {
         let [low, high] = ratios.iter().fold([f64::INFINITY, 0.0], |[l, h], r| [f64::min(l, *r), f64::max(h, *r)]);
-        (ratios.len() > 1).then_some(high / low)
+        (!ratios.is_empty()).then_some(high / low)
     };
     let (ours_by_coc, zhou_by_coc) = (by_coc(METHODS[0]), by_coc(METHODS[1]));
     let times = |value: Option<f64>| cell_text(value, 2);
