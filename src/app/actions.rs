@@ -168,8 +168,8 @@ impl App {
         commands.extend(about.map(|m| command(format!("Method: {}", m.title), Action::SetMethod(a, m.id.into()))));
         let scenes = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
         commands.extend(scenes.map(|name| command(format!("Scene: {name}"), Action::OpenNamed(name.into()))));
-        let lenses = presets().into_iter();
-        commands.extend(lenses.map(|p| command(format!("Lens: {}", p.title), Action::SetLens(p.name))));
+        let lenses = presets().into_iter().chain(self.preferences.own_lenses.iter().cloned());
+        commands.extend(lenses.map(|p| command(format!("Lens: {}, {}", p.name, p.title), Action::SetLens(p.name))));
         let modes = FocusMode::ALL.iter();
         commands.extend(modes.map(|(mode, name, _)| command(format!("Focus: {name}"), Action::SetFocusMode(*mode))));
         let layouts = Layout::ALL.iter().map(|(layout, name)| (format!("Stereo: {name}"), Some(*layout)));
@@ -294,7 +294,8 @@ impl App {
     }
 
     fn set_lens(&mut self, name: &str) {
-        if let Some(preset) = presets().into_iter().find(|p| p.name == name) {
+        let own = self.preferences.own_lenses.iter().cloned();
+        if let Some(preset) = presets().into_iter().chain(own).find(|p| p.name == name) {
             let focus_distance_m = self.document.lens.focus_distance_m;
             let aperture = self.document.lens.aperture.clone();
             self.document.lens = Lens { focus_distance_m, aperture, ..preset.lens };

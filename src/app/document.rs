@@ -216,9 +216,14 @@ impl Document {
         self.camera.is_none() && self.lens == Lens::PINHOLE
     }
 
-    /// The same but for what only directs the eye, which undo leaves alone.
+    /// The same but for what only directs the eye, which undo leaves alone: also the focus
+    /// where it moves by itself.
     pub fn without_gaze(&self) -> Self {
-        Self { zoom: Zoom::default(), divider: 0.5, ..self.clone() }
+        let mut document = Self { zoom: Zoom::default(), divider: 0.5, ..self.clone() };
+        if self.focus.mode.follows() {
+            document.lens.focus_distance_m = f64::INFINITY;
+        }
+        document
     }
 }
 

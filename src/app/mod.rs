@@ -420,7 +420,11 @@ impl App {
 
     fn restore(&mut self, document: Document) {
         let Document { zoom, divider, .. } = self.document;
+        let focus_m = self.document.lens.focus_distance_m;
         self.document = Document { zoom, divider, ..document };
+        if self.document.focus.mode.follows() {
+            self.document.lens.focus_distance_m = focus_m;
+        }
         self.focus_motion.stop();
     }
 
