@@ -17,6 +17,11 @@ use crate::aperture::{Aperture, ApertureError};
 /// Millimetres in a metre: lenses are given in millimetres, scenes in metres.
 pub const MM_PER_M: f64 = 1000.0;
 
+/// CoC diameter, px, to which shaders cut greater ones: a lens may ask for any, but what is
+/// wider than four of the widest images looks the same, and an intermediate in f16 ends at
+/// 65504. `GREATEST_COC` in `shaders/lib/lens.wgsl`.
+pub const GREATEST_COC_PX: f64 = 30000.0;
+
 /// A lens (or eye), the display its image is shown on, and where it is focused.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Lens {

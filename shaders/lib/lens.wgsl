@@ -1,6 +1,6 @@
 // The lens as a shader sees it. c is the signed CoC diameter in pixels, negative in
 // front of the focus distance; z is the stored depth near / d, so that c is affine in z
-// (src/lens.rs).
+// (src/lens.rs), up to diameters that no image can show.
 
 struct Lens {
     /// K: CoC diameter at infinity, px.
@@ -13,7 +13,11 @@ struct Lens {
     sigma_per_coc: f32,
 }
 
+/// Greatest CoC diameter, px (src/lens.rs): four of the widest images' sides, and twice it
+/// fits into f16.
+const GREATEST_COC = 30000.0;
+
 /// Signed CoC diameter, px, at stored depth z.
 fn coc_diameter_px(lens: Lens, z: f32) -> f32 {
-    return lens.k_px - lens.slope_px * z;
+    return clamp(lens.k_px - lens.slope_px * z, -GREATEST_COC, GREATEST_COC);
 }

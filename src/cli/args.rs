@@ -38,6 +38,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Run time against error over methods, scenes, sizes and blurs; the papers' tables
     Bench(Box<BenchArgs>),
+    /// Numerical stability: every method under extreme conditions, the first bad pixel named
+    Stress(StressArgs),
     /// List the methods with their parameters
     Methods(ListArgs),
     /// List the built-in scenes
@@ -198,6 +200,22 @@ pub struct DiffArgs {
     pub display: DisplayOptions,
     #[command(flatten)]
     pub json: JsonOption,
+}
+
+/// `defocus stress`.
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Every pair of conditions instead of every triple, and a small scene for f16 against f32
+    #[arg(long)]
+    pub quick: bool,
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// Seed of the random cases
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    #[command(flatten)]
+    pub run: RunOptions,
 }
 
 /// The listing commands.

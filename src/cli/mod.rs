@@ -11,6 +11,7 @@ mod progress;
 mod render;
 mod select;
 mod setup;
+mod stress;
 
 use args::{Cli, Command};
 use clap::Parser;
@@ -35,6 +36,7 @@ fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Compare(args)) => compare::run(args),
         Some(Command::Diff(args)) => diff::run(args),
         Some(Command::Bench(args)) => bench::run(args),
+        Some(Command::Stress(args)) => stress::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),
         Some(Command::Scenes(args)) => list::scenes(args.json),
         Some(Command::Lenses(args)) => list::lenses(args.json),

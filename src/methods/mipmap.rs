@@ -185,6 +185,7 @@ impl Method for Mipmap {
         let pinhole = view.pinhole(frame);
         let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
         let levels = self.levels(lens, nearest_px.abs().max(farthest_px.abs()));
+        let levels = levels.min(levels_with_content(pinhole.color.size()));
         let grid = PyramidGrid::new(pinhole.color.size(), levels);
         let uniforms = Uniforms { lens: view.lens_uniform(lens), params: self.uniform(view, lens, &grid) };
 
@@ -212,6 +213,12 @@ impl Method for Mipmap {
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }
+}
+
+/// Levels up to the one whose texels are four images wide: coarser ones hold nothing but
+/// the stretched border, and would make a small image's pyramid vast.
+fn levels_with_content(image: UVec2) -> u32 {
+    image.max_element().next_power_of_two().ilog2() + 2
 }
 
 impl Mipmap {

@@ -9,6 +9,7 @@ pub mod render;
 pub mod report;
 pub mod results;
 pub mod source;
+pub mod stress;
 pub mod timing;
 
 pub use compare::{CompareRequest, Comparison, MethodResult};
@@ -49,6 +50,9 @@ pub enum StudyError {
     /// The view cannot be drawn.
     #[error(transparent)]
     View(#[from] crate::view::ViewError),
+    /// What to look at cannot be opened.
+    #[error(transparent)]
+    Source(#[from] SourceError),
     /// The scene cannot be traced.
     #[error(transparent)]
     Ray(#[from] crate::raytrace::RayError),

@@ -22,7 +22,7 @@ pub use upload::{GpuScene, SurfaceOptions};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Frame, Gpu, Texture};
 use crate::image::{ColorImage, DepthImage};
-use crate::lens::Lens;
+use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
 use raster::{SceneSource, Shot};
@@ -305,9 +305,13 @@ impl View {
     /// The lens for this view's stored depth.
     pub fn lens_uniform(&self, lens: &Lens) -> LensUniform {
         let coc = lens.coc();
+        let (k_px, slope_px) = (coc.k_px, coc.slope_px(self.projection.near_m));
+        // An absurd lens is closed until f32 holds it: its focus stays where it is, and all
+        // else is blurred beyond any image either way.
+        let closed = (GREATEST_FACTOR_PX / k_px.abs().max(slope_px.abs())).min(1.0);
         LensUniform {
-            k_px: coc.k_px as f32,
-            slope_px: coc.slope_px(self.projection.near_m) as f32,
+            k_px: (k_px * closed) as f32,
+            slope_px: (slope_px * closed) as f32,
             focus_z: (self.projection.near_m / lens.focus_distance_m) as f32,
             sigma_per_coc: lens.aperture.sigma_per_coc() as f32,
         }
@@ -425,11 +429,12 @@ impl View {
         summary
     }
 
-    /// Least and greatest signed CoC diameter, px, over the outer pinhole image.
+    /// Least and greatest signed CoC diameter, px, over the outer pinhole image, cut to
+    /// [`GREATEST_COC_PX`] as in shaders.
     pub fn coc_bounds_px(&mut self, frame: &mut Frame<'_>, lens: &Lens) -> [f64; 2] {
         let [z_min, z_max] = self.z_bounds(frame).map(f64::from);
-        let near_m = self.projection.near_m;
-        [lens.coc().at_stored(z_max, near_m), lens.coc().at_stored(z_min, near_m)]
+        let at = |z: f64| lens.coc().at_stored(z, self.projection.near_m).clamp(-GREATEST_COC_PX, GREATEST_COC_PX);
+        [at(z_max), at(z_min)]
     }
 
     /// Depth of the inner frame in metres on the CPU, read back when first asked for.
@@ -447,6 +452,10 @@ impl View {
         depth
     }
 }
+
+/// Greatest K and slope, px, that a shader is given: their difference is still far from the
+/// end of f32.
+const GREATEST_FACTOR_PX: f64 = 1e30;
 
 const DEPTH_BOUNDS: crate::gpu::Shader = shader!("depth_bounds");
 

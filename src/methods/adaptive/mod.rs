@@ -30,7 +30,7 @@ mod views;
 
 use super::{About, AccumulationRun, Apertures, Converging, Method, MethodError, Param, pinhole};
 use crate::gpu::{Frame, Texture};
-use crate::lens::Lens;
+use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
 use crate::view::{DISOCCLUSION_PX, MAX_DRAWS, PeelOrder, Peeled, View, layer_separation_z};
 use passes::Rays;
@@ -325,7 +325,7 @@ fn grid(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, peeled: &Peeled) ->
     let [near_px, mut far_px] = view.coc_bounds_px(frame, lens);
     if peeled.layers > 1 {
         // Hidden surfaces may lie at any distance behind the visible ones.
-        far_px = lens.coc().k_px;
+        far_px = lens.coc().k_px.min(GREATEST_COC_PX);
     }
     TileGrid::new(view, lens, near_px, far_px)
 }

@@ -1,0 +1,190 @@
+//! The entries of the fuzz targets, fed with mutations of their seeds for a fixed time.
+
+#![cfg(feature = "app")]
+
+#[path = "../fuzz/entries.rs"]
+mod entries;
+mod tiny_files;
+
+use defocus::app::Settings;
+use defocus::study::stress::Random;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+use tiny_files::{TinyGltf, gradient, png, png16};
+
+/// Time for each target.
+const BUDGET: Duration = Duration::from_millis(1500);
+
+/// Fewest inputs in that time, on any machine that can run the other tests.
+const LEAST_INPUTS: u32 = 100;
+
+type Entry = fn(&[u8]) -> bool;
+type Seeds = Vec<(&'static str, Vec<u8>)>;
+
+fn corpus(target: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("fuzz/corpus").join(target)
+}
+
+/// The seeds as the repository holds them; written anew where the environment says so.
+fn seeds(target: &str, make: fn() -> Seeds) -> Vec<Vec<u8>> {
+    let folder = corpus(target);
+    if std::env::var_os("DEFOCUS_WRITE_SEEDS").is_some() {
+        std::fs::create_dir_all(&folder).unwrap();
+        for (name, bytes) in make() {
+            std::fs::write(folder.join(name), bytes).unwrap();
+        }
+    }
+    let mut files: Vec<_> = std::fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files.iter().map(|file| std::fs::read(file).unwrap()).collect()
+}
+
+fn image_with_depth(encoding: u8, color: &[u8], depth: &[u8]) -> Vec<u8> {
+    let length = u16::try_from(color.len()).expect("seeds are small").to_le_bytes();
+    [&[encoding][..], &length, color, depth].concat()
+}
+
+fn gltf_seeds() -> Seeds {
+    let square = TinyGltf::square();
+    let mut textured = square.clone();
+    textured.add_base_color_texture(&png(2, 2, [200, 100, 50]));
+    vec![("square.glb", square.glb()), ("square.gltf", square.gltf()), ("textured.glb", textured.glb())]
+}
+
+fn image_depth_seeds() -> Seeds {
+    let color = png(6, 4, [10, 200, 90]);
+    let depth = png16(6, 4, |x, y| (100 * x + y + 1) as u16);
+    let folder = tempfile::tempdir().unwrap();
+    let exr = folder.path().join("both.exr");
+    let size = glam::UVec2::new(6, 4);
+    let z = defocus::image::Image::from_fn(size, |x, y| 1.0 + (x * y) as f32);
+    defocus::image_io::write_exr(&exr, &gradient(6, 4), Some(&z), None).unwrap();
+    let exr = std::fs::read(exr).unwrap();
+    vec![
+        ("metres", image_with_depth(0, &color, &depth)),
+        ("inverse", image_with_depth(1, &color, &depth)),
+        ("device_with_unknown", image_with_depth(0x82, &color, &depth)),
+        ("exr_with_depth", image_with_depth(3, &exr, &[])),
+        ("exr_twice", image_with_depth(3, &exr, &exr)),
+    ]
+}
+
+fn presets_seeds() -> Seeds {
+    vec![("presets.ron", include_bytes!("../assets/presets.ron").to_vec())]
+}
+
+fn state_seeds() -> Seeds {
+    let default = Settings::default();
+    let mut lens = default.lens.clone();
+    lens.aperture = defocus::aperture::Aperture::polygon(5);
+    let changed = Settings { scene: "atrium".into(), lens, ..default.clone() };
+    let text = |settings: &Settings| ron::to_string(settings).unwrap().into_bytes();
+    vec![("default.ron", text(&default)), ("changed.ron", text(&changed))]
+}
+
+/// Numbers that break arithmetic, as text and as bytes.
+const WORDS: &[&[u8]] = &[
+    b"-1",
+    b"0",
+    b"1e39",
+    b"-1e-320",
+    b"NaN",
+    b"inf",
+    b"4294967295",
+    b"18446744073709551616",
+    b"null",
+    b"[]",
+    b"{}",
+    b"\"\"",
+    b"()",
+    b"\xff\xff\xff\xff",
+    b"\0\0\0\0",
+    b"\0\0\xc0\x7f",
+    b"\0\0\x80\xff",
+    b"\xff\xff\xff\x7f",
+];
+
+/// One to four changes of a seed.
+fn mutated(random: &mut Random, seeds: &[Vec<u8>]) -> Vec<u8> {
+    let mut bytes = seeds[random.index(seeds.len())].clone();
+    for _ in 0..1 + random.index(4) {
+        let at = random.index(bytes.len() + 1);
+        match random.index(7) {
+            0 if at < bytes.len() => bytes[at] ^= 1 << random.index(8),
+            1 if at < bytes.len() => bytes[at] = random.bits() as u8,
+            2 => bytes.truncate(at),
+            3 => {
+                let end = (at + 1 + random.index(16)).min(bytes.len());
+                bytes.drain(at.min(end)..end);
+            }
+            4 => {
+                let other = &seeds[random.index(seeds.len())];
+                let from = random.index(other.len() + 1);
+                let to = (from + random.index(64)).min(other.len());
+                bytes.splice(at..at, other[from..to].iter().copied());
+            }
+            5 => {
+                let word = WORDS[random.index(WORDS.len())];
+                let end = (at + word.len()).min(bytes.len());
+                bytes.splice(at..end, word.iter().copied());
+            }
+            // A number in text by another one.
+            _ => {
+                if let Some(start) = (at..bytes.len()).find(|i| bytes[*i].is_ascii_digit()) {
+                    let length = bytes[start..].iter().take_while(|b| b.is_ascii_digit() || **b == b'.').count();
+                    let word = WORDS[random.index(WORDS.len())];
+                    bytes.splice(start..start + length, word.iter().copied());
+                }
+            }
+        }
+    }
+    bytes
+}
+
+/// Feeds mutations for the budget; a panic is reported with the input's number and file.
+fn smoke(target: &str, entry: Entry, make: fn() -> Seeds) {
+    let seeds = seeds(target, make);
+    assert!(!seeds.is_empty(), "fuzz/corpus/{target} is empty");
+    for (index, seed) in seeds.iter().enumerate() {
+        assert!(entry(seed), "seed {index} of {target} is not accepted");
+    }
+    let mut random = Random::new(1);
+    let start = Instant::now();
+    let (mut inputs, mut accepted) = (0, 0);
+    while start.elapsed() < BUDGET || inputs < LEAST_INPUTS {
+        let input = mutated(&mut random, &seeds);
+        match catch_unwind(AssertUnwindSafe(|| entry(&input))) {
+            Ok(good) => accepted += u32::from(good),
+            Err(_) => {
+                let file = std::env::temp_dir().join(format!("defocus-fuzz-{target}"));
+                std::fs::write(&file, &input).unwrap();
+                panic!("{target}: input {inputs} is not handled; it is in {}", file.display());
+            }
+        }
+        inputs += 1;
+    }
+    eprintln!("{target}: {inputs} inputs, {accepted} accepted");
+    // Mutations that are all refused, or all accepted, would test nothing.
+    assert!(accepted > 0 && accepted < inputs, "{target}: {accepted} of {inputs} accepted");
+}
+
+#[test]
+fn scenes_from_mutated_files() {
+    smoke("gltf", entries::gltf, gltf_seeds);
+}
+
+#[test]
+fn images_with_depth_from_mutated_files() {
+    smoke("image_depth", entries::image_depth, image_depth_seeds);
+}
+
+#[test]
+fn presets_from_mutated_text() {
+    smoke("presets", entries::presets, presets_seeds);
+}
+
+#[test]
+fn states_from_mutated_text() {
+    smoke("state", entries::state, state_seeds);
+}
