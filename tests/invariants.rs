@@ -8,6 +8,7 @@ use defocus::gpu::{Frame, FrameStats, download};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{self, Method, MethodError};
+use defocus::study::stress::{as_stored, first_not_finite, mirrored, without_jitter};
 use defocus::view::View;
 use glam::{UVec2, Vec3, uvec2, vec3};
 
@@ -25,13 +26,6 @@ fn lens(k_px: f64) -> Lens {
 /// Depth, metres, at which `lens` has the signed CoC `c_px`.
 fn depth_of(lens: &Lens, c_px: f64) -> f32 {
     lens.coc().depth_at(c_px) as f32
-}
-
-/// Noise that differs from pixel to pixel is not mirrored with the image.
-fn without_jitter(method: &mut dyn Method) {
-    if method.params().iter().any(|p| p.key == "jitter") {
-        methods::set_param(method, "jitter", "off").unwrap();
-    }
 }
 
 /// Methods that can render an image with a depth map: all that need no scene.
@@ -76,10 +70,6 @@ fn busy_depth() -> DepthImage {
     })
 }
 
-fn mirrored<T: Copy>(image: &Image<T>) -> Image<T> {
-    Image::from_fn(image.size, |x, y| image.at(image.size.x - 1 - x, y))
-}
-
 fn greatest_difference(a: &ColorImage, b: &ColorImage) -> (f32, UVec2) {
     let differences = a.pixels.iter().zip(&b.pixels).map(|(a, b)| (*a - *b).abs().max_element());
     let (index, greatest) = differences.enumerate().max_by(|a, b| a.1.total_cmp(&b.1)).unwrap();
@@ -87,15 +77,9 @@ fn greatest_difference(a: &ColorImage, b: &ColorImage) -> (f32, UVec2) {
 }
 
 fn assert_all_finite(image: &ColorImage, what: &str) {
-    if let Some(index) = image.pixels.iter().position(|p| !p.is_finite()) {
-        let at = uvec2(index as u32 % image.size.x, index as u32 / image.size.x);
-        panic!("{what}: pixel {at} is {}", image.pixels[index]);
+    if let Err(bad) = first_not_finite(image) {
+        panic!("{what}: pixel {:?} {}", bad.at, bad.found);
     }
-}
-
-/// The same values as the pinhole image's, which are f16.
-fn as_f16(image: &ColorImage) -> ColorImage {
-    image.map(|p| Vec3::from_array(p.to_array().map(|v| half::f16::from_f32(v).to_f32())))
 }
 
 #[test]
@@ -104,7 +88,7 @@ fn a_closed_aperture_gives_the_pinhole_image_and_no_pass() {
     let closed = Lens { aperture_diameter_mm: 0.0, ..lens(8.0) };
     for method in image_methods() {
         let (image, stats) = try_render(&*method, &color, &depth, &closed).unwrap();
-        assert_eq!(image, as_f16(&color), "{}", method.about().id);
+        assert_eq!(image, color.map(as_stored), "{}", method.about().id);
         assert_eq!(stats.passes, 0, "{}: a closed aperture needs no pass", method.about().id);
     }
 }
@@ -115,7 +99,7 @@ fn everything_at_the_focus_distance_gives_the_pinhole_image() {
     let depth = Image::filled(SIZE, FOCUS_M);
     for method in image_methods() {
         let (image, stats) = try_render(&*method, &color, &depth, &lens(12.0)).unwrap();
-        assert_eq!(image, as_f16(&color), "{}", method.about().id);
+        assert_eq!(image, color.map(as_stored), "{}", method.about().id);
         // The one pass finds the depth bounds; none blurs.
         assert_eq!(stats.passes, 1, "{}", method.about().id);
         assert_eq!(stats.skipped.get("everything in focus"), Some(&1), "{}", method.about().id);
@@ -147,8 +131,8 @@ fn a_constant_colour_stays_for_any_depth_and_at_the_border() {
 #[test]
 fn mirrored_input_gives_the_mirrored_output() {
     let (color, depth) = (busy_image(), busy_depth());
-    for mut method in image_methods() {
-        without_jitter(&mut *method);
+    for method in image_methods() {
+        let method = without_jitter(&*method);
         let straight = render(&*method, &color, &depth, &lens(10.0));
         let mirror = mirrored(&render(&*method, &mirrored(&color), &mirrored(&depth), &lens(10.0)));
         let (difference, at) = greatest_difference(&straight, &mirror);

@@ -39,7 +39,14 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     let start = Instant::now();
     let bar = Bar::new(args.run.quiet);
     let request = StressRequest { methods: &methods, quick: args.quick, seed: args.seed };
-    let outcome = stress::run(&gpu, &request, &mut |step| bar.step(step))?;
+    let mut outcome = Outcome::default();
+    if let Err(stopped) = stress::run(&gpu, &request, &mut outcome, &mut |step| bar.step(step)) {
+        drop(bar);
+        if !args.run.quiet && !is_stdout(json) {
+            report_outcome(&outcome)?;
+        }
+        return Err(stopped.into());
+    }
     let precision = measure(&gpu, &methods, args.quick, &mut |step| bar.step(step))?;
     let soak = soak(&gpu, &stress::prepared(&methods), SOAK_FRAMES, &mut |step| bar.step(step))?;
     drop(bar);
@@ -55,18 +62,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
 
 fn summarise(result: &StressJson) -> anyhow::Result<()> {
     print(&format!("Adapter: {} ({})", result.adapter.name, result.adapter.driver))?;
-    let mut table = table(["method", "cases", "checks", "failed", "known limits", "seconds"]);
-    for (method, tally) in &result.outcome.methods {
-        let counts = [tally.cases, tally.checks, tally.failed, tally.expected].map(|n| n.to_string());
-        table.add_row([method.to_string()].into_iter().chain(counts).chain([format!("{:.1}", tally.seconds)]));
-    }
-    print(&table.to_string())?;
-    for failure in result.outcome.unexpected().take(SHOWN_FAILURES) {
-        print(&failure.to_string())?;
-    }
-    for pass in &result.outcome.unexpected_passes {
-        print(pass)?;
-    }
+    report_outcome(&result.outcome)?;
     print(&precision_table(&result.precision).to_string())?;
     print(&soak_line(&result.soak))?;
     let total = result.outcome.total();
@@ -74,6 +70,22 @@ fn summarise(result: &StressJson) -> anyhow::Result<()> {
         "{} cases, {} checks, {} failures, {} known limits shown, {:.0} s",
         total.cases, total.checks, total.failed, total.expected, result.seconds
     ))
+}
+
+fn report_outcome(outcome: &Outcome) -> anyhow::Result<()> {
+    let mut table = table(["method", "cases", "checks", "failed", "known limits", "seconds"]);
+    for (method, tally) in &outcome.methods {
+        let counts = [tally.cases, tally.checks, tally.failed, tally.expected].map(|n| n.to_string());
+        table.add_row([method.to_string()].into_iter().chain(counts).chain([format!("{:.1}", tally.seconds)]));
+    }
+    print(&table.to_string())?;
+    for failure in outcome.unexpected().take(SHOWN_FAILURES) {
+        print(&failure.to_string())?;
+    }
+    for pass in &outcome.unexpected_passes {
+        print(pass)?;
+    }
+    Ok(())
 }
 
 fn precision_table(rows: &[PrecisionRow]) -> Table {

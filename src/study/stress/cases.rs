@@ -72,6 +72,11 @@ pub fn image_cases(quick: bool, seed: u64) -> Vec<Box<dyn Fn() -> ImageCase + Se
     for index in 0..RANDOM[usize::from(!quick)] {
         cases.push(Box::new(move || random_case(index, seed)));
     }
+    // In any order: a run that is stopped has seen something of everything.
+    let mut random = Random::new(seed);
+    for last in (1..cases.len()).rev() {
+        cases.swap(last, random.index(last + 1));
+    }
     cases
 }
 

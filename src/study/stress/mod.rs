@@ -130,16 +130,21 @@ impl Outcome {
     }
 }
 
-/// Tries the methods on everything that the request asks for.
+/// Tries the methods on everything that the request asks for. What was found is in `outcome`
+/// also if the run is stopped.
 ///
 /// # Errors
 ///
 /// [`StudyError::Stopped`], and sizes that the adapter cannot draw.
-pub fn run(gpu: &Gpu, request: &StressRequest<'_>, progress: &mut Progress<'_>) -> Result<Outcome, StudyError> {
+pub fn run(
+    gpu: &Gpu,
+    request: &StressRequest<'_>,
+    outcome: &mut Outcome,
+    progress: &mut Progress<'_>,
+) -> Result<(), StudyError> {
     let methods = prepared(request.methods);
     let cases = image_cases(request.quick, request.seed);
     let of = (cases.len() + SCENES.len() + KNOWN_LIMITS.len()) as u32;
-    let mut outcome = Outcome::default();
     let mut done = 0;
     let mut next = |progress: &mut Progress<'_>| {
         done += 1;
@@ -147,17 +152,17 @@ pub fn run(gpu: &Gpu, request: &StressRequest<'_>, progress: &mut Progress<'_>) 
     };
     for condition in SCENES {
         next(progress)?;
-        try_all(gpu, &methods, &mut condition.specimen(gpu)?, &mut outcome);
+        try_all(gpu, &methods, &mut condition.specimen(gpu)?, outcome);
     }
     for case in &cases {
         next(progress)?;
-        try_all(gpu, &methods, &mut Specimen::of_image(gpu, &case())?, &mut outcome);
+        try_all(gpu, &methods, &mut Specimen::of_image(gpu, &case())?, outcome);
     }
     for limit in KNOWN_LIMITS {
         next(progress)?;
-        try_witness(gpu, &methods, limit, &mut outcome)?;
+        try_witness(gpu, &methods, limit, outcome)?;
     }
-    Ok(outcome)
+    Ok(())
 }
 
 /// The methods as they are tried: with few lens points and circles that are not vast.
