@@ -57,8 +57,8 @@ fn matte_and_reduce(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, id.xy, id.z, sum / 16.0);
 }
 
-/// The blurred sub-image at the pixel p from the centre, where its own weight is omega.
-fn opaque_blur(layer: u32, p: vec2i, omega: f32) -> vec4f {
+/// The blurred sub-image at the pixel p from the centre, where `sharp` is what it was before.
+fn opaque_blur(layer: u32, p: vec2i, sharp: vec4f) -> vec4f {
     let size = textureDimensions(analysis);
     let starts = sub_images.order[layer].x == 1u;
     var blurred = vec4f(0.0);
@@ -75,11 +75,12 @@ fn opaque_blur(layer: u32, p: vec2i, omega: f32) -> vec4f {
             expanded += n.weight * textureLoad(glow, at, layer, 0).r;
         }
     }
+    // Nothing of it is near; or it is so thin that its blur is less than a number can hold.
     if blurred.a <= 0.0 {
-        return vec4f(0.0);
+        return sharp;
     }
     // Equations (8) and (7).
-    let opacity = 1.0 - (1.0 - expanded) * (1.0 - omega);
+    let opacity = 1.0 - (1.0 - expanded) * (1.0 - sharp.a);
     return vec4f(blurred.rgb * (opacity / blurred.a), opacity);
 }
 
@@ -103,7 +104,7 @@ fn blur_and_blend(@builtin(global_invocation_id) id: vec3u) {
         let omega = weight(layer, x);
         var sub = omega * vec4f(here, 1.0);
         if sub_images.order[layer].x > 0u {
-            sub = opaque_blur(layer, p, omega);
+            sub = opaque_blur(layer, p, sub);
         }
         light += through * sub.rgb;
         through *= 1.0 - sub.a;

@@ -24,9 +24,9 @@ const CELLS: usize = 128;
 /// The IDF is sampled this often per side of a cell, at the middles of its parts.
 const SAMPLES_PER_CELL: usize = 4;
 
-/// Tables kept: making one takes longer than a frame, and a comparison alternates between
-/// few apertures.
-const KEPT_TABLES: usize = 4;
+/// Tables kept, a quarter of a MiB each: making one takes longer than a frame, and a
+/// comparison alternates between few apertures.
+const KEPT_TABLES: usize = 16;
 
 /// Running sums of an aperture's IDF.
 #[derive(Debug)]

@@ -21,7 +21,7 @@
 //! pass.
 
 use super::Param;
-use crate::gpu::{Frame, Pass, Shader, Texture, TextureKey};
+use crate::gpu::{Frame, Pass, Precision, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
@@ -62,6 +62,27 @@ impl Default for Spacing {
     fn default() -> Self {
         Self { calibration: SpacingCalibration::Measured as usize, first_radius_px: 1.7, growth: 2.0 }
     }
+}
+
+/// Greatest |i| for an image whose half is `centre` px: two levels more than make one texel
+/// of that half. Blurred farther, a sub-image's opacity is that of a dot in transparent
+/// black, and the quotients that rescale it lose their digits.
+fn deepest_useful(centre: UVec2) -> i32 {
+    (levels_to_one(centre) as i32 + 2).min(MAX_LEVEL)
+}
+
+/// Levels after which `centre`, px, is one texel.
+fn levels_to_one(centre: UVec2) -> u32 {
+    centre.max_element().next_power_of_two().ilog2()
+}
+
+/// Sets the format of colours for passes that make `level`, and returns the one that was
+/// set: f32 from the second level on, where it costs a sixteenth of an image at most.
+/// Analysis and synthesis round a texel twice a level, and with f16 ten levels add up to half
+/// a percent.
+fn set_precision(frame: &mut Frame<'_>, level: u32) -> Precision {
+    let precision = if level >= 2 { Precision::Full } else { frame.precision };
+    std::mem::replace(&mut frame.precision, precision)
 }
 
 /// Variance per axis, px^2, of a blur by `levels` pyramid levels, averaged over where the
@@ -123,11 +144,12 @@ impl Spacing {
         i.abs() <= MAX_LEVEL && (i <= 0 || self.measured() || self.coc_px(lens, i) < lens.k_px())
     }
 
-    /// The frontmost and backmost sub-image that pixels with CoC within `bounds_px` need.
-    fn range(&self, lens: &Lens, [low, high]: [f64; 2]) -> (i32, i32) {
-        let all = || (-MAX_LEVEL..=MAX_LEVEL).filter(|i| self.exists(lens, *i));
-        let front = all().rev().find(|i| self.coc_px(lens, *i) <= low).unwrap_or(-MAX_LEVEL);
-        let back = all().find(|i| self.coc_px(lens, *i) >= high).or_else(|| all().next_back()).unwrap_or(MAX_LEVEL);
+    /// The frontmost and backmost sub-image that pixels with CoC within `bounds_px` need,
+    /// of those up to |i| = `most`.
+    fn range(&self, lens: &Lens, [low, high]: [f64; 2], most: i32) -> (i32, i32) {
+        let all = || (-most..=most).filter(|i| self.exists(lens, *i));
+        let front = all().rev().find(|i| self.coc_px(lens, *i) <= low).unwrap_or(-most);
+        let back = all().find(|i| self.coc_px(lens, *i) >= high).or_else(|| all().next_back()).unwrap_or(most);
         (front.min(back), back)
     }
 
@@ -206,10 +228,10 @@ impl SubImages {
     pub fn new(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, spacing: &Spacing, wanted: &Wanted) -> Self {
         let bounds_px = view.coc_bounds_px(frame, lens);
         let depth = view.pinhole(frame).depth;
-        let (front, back) = spacing.range(lens, bounds_px);
+        let centre = depth.size().map(|side| side.div_ceil(2));
+        let (front, back) = spacing.range(lens, bounds_px, deepest_useful(centre));
         let mut layers: Vec<i32> = (front..=back).collect();
         layers.sort_by_key(|i| (-i.abs(), *i));
-        let centre = depth.size().map(|side| side.div_ceil(2));
         let mut uniform = SubImagesUniform {
             centre: centre.as_ivec2().to_array(),
             count: layers.len() as u32,
@@ -274,7 +296,7 @@ impl SubImages {
 
     /// Levels after which half the image is one texel.
     pub fn levels_to_one(&self) -> u32 {
-        self.centre.max_element().next_power_of_two().ilog2()
+        levels_to_one(self.centre)
     }
 
     /// An array texture of `level` with at least `layers` layers.
@@ -319,6 +341,7 @@ impl SubImages {
         let mut analysis = vec![first];
         for level in 2..=self.deepest() {
             let layers = self.layers_with(level);
+            let wanted = set_precision(frame, level);
             let coarser = self.texture(frame, "sub-image analysis", level, layers, frame.precision.format());
             frame
                 .pass(&SHADER, "reduce")
@@ -328,6 +351,7 @@ impl SubImages {
                 .texture("finer", &analysis[analysis.len() - 1])
                 .texture("coarser", &coarser)
                 .dispatch_layers(coarser.size(), layers);
+            frame.precision = wanted;
             analysis.push(coarser);
         }
         analysis
@@ -336,6 +360,7 @@ impl SubImages {
     /// Level `finer` of the synthesis from the next coarser one.
     fn expand(&self, frame: &mut Frame<'_>, finer: u32, analysis: &[Texture], coarser: &Blurred) -> Blurred {
         let layers = self.layers_with(finer + 1);
+        let wanted = set_precision(frame, finer);
         let blur = self.texture(frame, "sub-image synthesis", finer, layers, frame.precision.format());
         let glow =
             self.glow.then(|| self.texture(frame, "sub-image glow", finer, layers, wgpu::TextureFormat::R32Float));
@@ -356,6 +381,7 @@ impl SubImages {
                 .texture("finer_glow", glow);
         }
         pass.dispatch_layers(blur.size(), layers);
+        frame.precision = wanted;
         let analysis = analysis[finer as usize - 1].clone();
         Blurred { glow: glow.unwrap_or_else(|| blur.clone()), blur, analysis }
     }

@@ -1,6 +1,6 @@
 //! What must hold whatever the input: each check names the first pixel that breaks it.
 
-use super::specimen::{STEP_PX, Specimen, mirrored, render};
+use super::specimen::{STEP_PX, Specimen, as_stored, mirrored, render};
 use crate::gpu::{Gpu, Precision};
 use crate::image::{ColorImage, Image};
 use crate::methods::{IN_FOCUS_COC_PX, LinearFilter, Method, MethodError};
@@ -134,8 +134,12 @@ impl Subject<'_> {
         bounds
     }
 
-    /// Greatest and least value in and out.
+    /// Greatest less least value in and out; of a scene, of which only what is seen is known,
+    /// the greatest.
     fn contrast(&self) -> f32 {
+        if self.specimen.pixels.is_none() {
+            return greatest(&self.image);
+        }
         let own = Vec3::splat(f32::NEG_INFINITY);
         let (low, high) = self.image.pixels.iter().fold((-own, own), |(l, h), p| (l.min(*p), h.max(*p)));
         let [in_low, in_high] = self.specimen.pixels.as_ref().map_or([low, high], |p| p.range());
@@ -227,9 +231,16 @@ fn focus(subject: &mut Subject<'_>) -> Finding {
 const SAMPLED_DIFFERENCE: f64 = 0.1;
 
 fn mirror(subject: &mut Subject<'_>) -> Finding {
+    if subject.specimen.mirrored.is_none() || !is_symmetric(&subject.specimen.lens.aperture) {
+        return Ok(None);
+    }
+    let [nearest_px, farthest_px] = subject.coc_bounds_px();
     let Some(view) = &mut subject.specimen.mirrored else { return Ok(None) };
     let lens = &subject.specimen.lens;
-    if !is_symmetric(&lens.aperture) {
+    if subject.method.about().samples_lens
+        && nearest_px.abs().max(farthest_px) > 0.5 * f64::from(view.size().min_element())
+    {
+        // Most rays leave the image: what the few others meet is chance.
         return Ok(None);
     }
     if !subject.method.about().samples_lens {
@@ -263,13 +274,17 @@ fn repetition(subject: &mut Subject<'_>) -> Finding {
     Ok(Some(first_difference(&again, &subject.image, 0.0)))
 }
 
+/// Share of the contrast that two of 16 lens points make, when both step over an edge.
+const SAMPLED_CHANGE: f64 = 2.0 / 16.0;
+
 fn continuity(subject: &mut Subject<'_>) -> Finding {
     let Some(step) = &subject.specimen.step else { return Ok(None) };
     let view = &mut subject.specimen.view;
     let moved = render(subject.gpu, subject.method, view, &step.lens, Precision::Half)?;
     let change_px = step.change_px.max(0.1 * STEP_PX);
     let values = rounding(greatest(&subject.image).max(greatest(&moved)));
-    let limit = (CHANGE_PER_PX * change_px) as f32 * subject.contrast() + values;
+    let sampled = if subject.method.about().samples_lens { SAMPLED_CHANGE } else { 0.0 };
+    let limit = (CHANGE_PER_PX * change_px + sampled) as f32 * subject.contrast() + values;
     Ok(Some(first_difference(&moved, &subject.image, limit)))
 }
 
@@ -283,7 +298,7 @@ fn f64_program(subject: &mut Subject<'_>) -> Finding {
             let diameter_per_coc = 4.0 * lens.aperture.sigma_per_coc();
             let diameter_px = pixels.depth_m.map(|d| (diameter_per_coc * lens.coc_diameter_px(f64::from(d))) as f32);
             let max_radius_px = super::LINEAR_RADIUS.parse().expect("a number of pixels");
-            LinearFilter { max_radius_px, ..Default::default() }.apply(&pixels.color, &diameter_px)
+            LinearFilter { max_radius_px, ..Default::default() }.apply(&pixels.color, &diameter_px).map(as_stored)
         }
         _ => return Ok(None),
     };

@@ -217,8 +217,9 @@ fn try_witness(
 pub fn examine(gpu: &Gpu, method: &dyn Method, specimen: &mut Specimen) -> (u64, Vec<Failure>) {
     let name = specimen.name.clone();
     let id = method.about().id;
+    let limits: Vec<_> = KNOWN_LIMITS.iter().filter(|l| l.method == id && (l.applies)(specimen)).collect();
     let failure = |check: &'static str, bad: BadPixel| {
-        let known = KNOWN_LIMITS.iter().find(|limit| limit.covers(id, check, &name)).map(|limit| limit.reason);
+        let known = limits.iter().find(|limit| limit.check == check).map(|limit| limit.reason);
         Failure { method: id, specimen: name.clone(), check, bad, known }
     };
     let refused = |error: crate::methods::MethodError| BadPixel { at: None, found: error.to_string() };
