@@ -1,7 +1,7 @@
 //! What the fuzz targets and the smoke run in the tests feed bytes to. Each entry panics if
 //! the program does not keep its word, and returns whether it accepted the input.
 
-use defocus::app::Settings;
+use defocus::app;
 use defocus::presets::LensPreset;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::scene::{gltf as loader, rgbd};
@@ -95,16 +95,23 @@ fn check_lens(lens: &defocus::lens::Lens) -> bool {
 
 /// A saved state of the window.
 pub fn state(data: &[u8]) -> bool {
-    let Ok(text) = std::str::from_utf8(data) else { return false };
-    let Ok(settings) = ron::from_str::<Settings>(text) else { return false };
-    let settings = settings.repaired();
-    assert!(!settings.methods.is_empty());
-    let built = settings.methods.iter().fold(true, |all, choice| match choice.build() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let file = folder.path().join("fuzzed.ron");
+    std::fs::write(&file, data).expect("the temporary folder can be written");
+    let document = match app::read_state(&file) {
+        Ok(document) => document,
+        Err(error) => {
+            one_line(&error);
+            return false;
+        }
+    };
+    assert!(!document.panes.is_empty());
+    let built = document.panes.iter().fold(true, |all, pane| match pane.method.build() {
         Ok(_) => all,
         Err(error) => {
             one_line(&error);
             false
         }
     });
-    check_lens(&settings.lens) && built
+    check_lens(&document.lens) && built
 }

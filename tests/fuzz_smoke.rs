@@ -6,7 +6,7 @@
 mod entries;
 mod tiny_files;
 
-use defocus::app::Settings;
+use defocus::app::Document;
 use defocus::study::stress::Random;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
@@ -75,12 +75,16 @@ fn presets_seeds() -> Seeds {
 }
 
 fn state_seeds() -> Seeds {
-    let default = Settings::default();
-    let mut lens = default.lens.clone();
-    lens.aperture = defocus::aperture::Aperture::polygon(5);
-    let changed = Settings { scene: "atrium".into(), lens, ..default.clone() };
-    let text = |settings: &Settings| ron::to_string(settings).unwrap().into_bytes();
-    vec![("default.ron", text(&default)), ("changed.ron", text(&changed))]
+    let default = Document::default();
+    let mut changed = Document { scene: "atrium".into(), ..default.clone() };
+    changed.lens.aperture = defocus::aperture::Aperture::polygon(5);
+    let folder = tempfile::tempdir().unwrap();
+    let saved = |document: &Document| {
+        let file = folder.path().join("state.ron");
+        defocus::app::write_state(&file, document).unwrap();
+        std::fs::read(file).unwrap()
+    };
+    vec![("default.ron", saved(&default)), ("changed.ron", saved(&changed))]
 }
 
 /// Numbers that break arithmetic, as text and as bytes.

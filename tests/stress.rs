@@ -167,7 +167,7 @@ fn assert_good(outcome: &Outcome) {
 }
 
 /// Every so many cases of a quick run are part of the tests.
-const TESTED_ONE_IN: usize = 29;
+const TESTED_ONE_IN: usize = 53;
 
 #[test]
 fn all_methods_pass_on_images() {

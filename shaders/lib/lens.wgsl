@@ -17,7 +17,8 @@ struct Lens {
 /// fits into f16.
 const GREATEST_COC = 30000.0;
 
-/// Signed CoC diameter, px, at stored depth z.
+/// Signed CoC diameter, px, at stored depth z. The same as k_px - slope_px * z, but near the
+/// focus, where that is the small difference of two roundings, this one is exact.
 fn coc_diameter_px(lens: Lens, z: f32) -> f32 {
-    return clamp(lens.k_px - lens.slope_px * z, -GREATEST_COC, GREATEST_COC);
+    return clamp(lens.slope_px * (lens.focus_z - z), -GREATEST_COC, GREATEST_COC);
 }

@@ -21,10 +21,14 @@
 
 use super::subimages::{Spacing, SubImages, Wanted};
 use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Frame, Precision, Shader, Texture};
 use crate::lens::Lens;
 use crate::shader;
 use crate::view::View;
+
+/// Side, px, below which an image is thin: a wide blur leaves so little of its opacity
+/// against the transparent border that f16 has no digits for it.
+const THIN_PX: u32 = 16;
 
 const SHADER: Shader = shader!("methods/opaque");
 
@@ -74,6 +78,10 @@ impl Method for Opaque {
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let pinhole = view.pinhole(frame);
+        let precision = frame.precision;
+        if pinhole.color.size().min_element() < THIN_PX {
+            frame.precision = Precision::Full;
+        }
         let wanted = Wanted { glow: true, transparent_border: self.transparent_border, repeated_inclusion: 0.0 };
         let sub_images = SubImages::new(frame, view, lens, &self.spacing, &wanted);
 
@@ -93,6 +101,7 @@ impl Method for Opaque {
             .texture("glow", &blurred.glow)
             .texture("result", &result)
             .dispatch(result.size());
+        frame.precision = precision;
         Ok(result)
     }
 

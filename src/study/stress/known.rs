@@ -29,6 +29,18 @@ const LAYERS: &str = "a pixel goes to the layer in front, at or behind another b
 const EMITTERS: &str = "what is brighter than 2 is brought by emitters, of which there are none beyond the border and \
     256 a tile at most: large bright areas darken there";
 
+const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where the aperture is far narrower than its \
+    CoC; and below 1e-4 of white the buckets' weighted colours lie under the least number that f16 has";
+
+const FEW_RAYS: &str = "few rays a pixel, each of which takes part whole: one that steps over an edge shows more of \
+    the contrast than the focus step explains";
+
+/// Colours that are all but black, whose products with small weights f16 cannot hold.
+fn is_dark(specimen: &Specimen) -> bool {
+    let range = specimen.pixels.as_ref().map(|pixels| pixels.range());
+    range.is_some_and(|[_, high]| high.max_element() > 0.0 && high.max_element() < 1e-4)
+}
+
 fn is_odd(specimen: &Specimen) -> bool {
     specimen.view.size().x % 2 == 1
 }
@@ -61,6 +73,25 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         applies: has_several_depths,
         witness: || super::cases::random_case(1, 1),
         reason: LAYERS,
+    },
+    KnownLimit {
+        method: "adaptive",
+        check: "continuity",
+        applies: has_several_depths,
+        witness: || {
+            Combination::named("widest Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case()
+        },
+        reason: FEW_RAYS,
+    },
+    KnownLimit {
+        method: "adaptive",
+        check: "range",
+        applies: |specimen| is_bright(specimen) || is_dark(specimen),
+        witness: || {
+            let dark = "subnormal numbers of f16 and f32";
+            Combination::named("rounded pentagon", "near object before a sharp wall", dark, uvec2(100, 1)).case()
+        },
+        reason: BRIGHT_OR_DARK,
     },
     KnownLimit { method: "adaptive", check: "constancy", applies: is_bright, witness: bright_wall, reason: EMITTERS },
     KnownLimit {
