@@ -9,6 +9,21 @@
 //!                           +--accumulation / raytrace --+--> metrics
 //! ```
 //!
+//! # Where to begin
+//!
+//! | to | see |
+//! |---|---|
+//! | render a scene or an image with depth | [`methods`], with an example; [`view::View`] |
+//! | know what the methods are and how they differ | [`methods`] |
+//! | set a lens, and read off its circles of confusion | [`lens::Lens`], [`presets`] |
+//! | load a glTF scene, or a photograph with a depth map | [`scene::gltf`], [`scene::rgbd`] |
+//! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ForeignFrame`] |
+//! | compare with the truth | [`study::compare`], [`metrics`], [`raytrace`] |
+//! | find out what a method cannot bear | [`study::stress`] |
+//! | write a method | [`methods`], [`gpu`] |
+//!
+//! Everything but `app` (the window) builds without the feature `app`.
+//!
 //! # Conventions, the same in every file
 //!
 //! - **Depth** `d` is the distance along the optical axis, in metres (glTF's unit), never

@@ -9,10 +9,11 @@ use defocus::image::{ColorImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{self, About, Apertures, Method, MethodError, Param};
 use defocus::study::Step;
+use defocus::study::stress::precision::{ACCEPTABLE_LOSS_DB, measure};
 use defocus::study::stress::soak::soak;
 use defocus::study::stress::{
     CHECKS, COLORS, Combination, DEPTHS, Failure, ImageCase, KNOWN_LIMITS, LENSES, Outcome, SCENES, SIZES, Specimen,
-    examine, image_cases, prepared, try_all,
+    examine, image_cases, prepared, try_all, try_witnesses,
 };
 use defocus::view::View;
 use glam::{UVec2, Vec3, uvec2};
@@ -191,13 +192,25 @@ fn all_methods_pass_on_scenes() {
 
 #[test]
 fn known_limits_still_are() {
+    let methods = prepared(&methods::all());
+    let mut outcome = Outcome::default();
     for limit in KNOWN_LIMITS {
-        let method = methods::by_id(limit.method).unwrap();
-        let case = (limit.witness)();
-        let (_, found) = examine(gpu(), &*method, &mut Specimen::of_image(gpu(), &case).unwrap());
-        let shown = found.iter().any(|f| f.check == limit.check && f.known == Some(limit.reason));
-        assert!(shown, "{}, {}: {} does not show it", limit.method, limit.check, case.name);
+        try_witnesses(gpu(), &methods, limit, &mut outcome).unwrap();
     }
+    assert!(outcome.unexpected_passes.is_empty(), "{}", outcome.unexpected_passes.join("\n"));
+}
+
+#[test]
+fn f16_intermediates_cost_no_tenth_of_a_decibel() {
+    let rows = measure(gpu(), &methods::all(), true, &mut |_: Step<'_>| ControlFlow::Continue(())).unwrap();
+    assert_eq!(rows.len(), methods::all().len());
+    for row in &rows {
+        eprintln!("{row:?}");
+        assert!(row.loss_db() < ACCEPTABLE_LOSS_DB, "{row:?}");
+    }
+    // Of a method that stores in f16 at all, not a bit of difference would mean that the
+    // switch does nothing.
+    assert!(rows.iter().any(|row| row.greatest_difference > 0.0));
 }
 
 #[test]

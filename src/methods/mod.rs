@@ -1,8 +1,65 @@
 //! Depth-of-field methods: textures in, a texture out.
 //!
-//! **Adding one** takes a file here, a shader of the same stem under `shaders/methods/`,
-//! and a line in [`all`]. The window, the command line, the invariants, the metrics and
-//! the benchmarks find it by iterating.
+//! # What there is
+//!
+//! Every method turns a [`View`] (the pinhole image with its depth, and for a scene more on
+//! request) and a [`Lens`] into the image that the lens makes. They differ in what they
+//! read blur from, and with that in what goes wrong:
+//!
+//! | method | blur comes from | hidden surfaces | aperture | source |
+//! |---|---|---|---|---|
+//! | [`Accumulation`] | the scene, drawn from every lens point: the truth, slowly | seen | any | Haeberli and Akeley 1990 |
+//! | [`Mipmap`] | a pyramid of the image that keeps sharp surfaces out of blurred backgrounds | missing | round | Lee, Kim, Choi 2009 |
+//! | [`Multiview`] | rays through slabs of the scene | seen | any | Lee, Eisemann, Seidel 2009 |
+//! | [`Preblur`] | twelve taps, mixed with a small blurred copy | missing | round | Scheuermann 2004 |
+//! | [`Separable`] | a filter along rows, then along columns | missing | round | Zhou, Chen, Pullen 2007 |
+//! | [`Linear`] | each pixel's light spread evenly over its circle, without order in depth | missing | round | Eurographics 2006 |
+//! | [`Pyramid`] | sub-images by depth, holes filled, blurred by pyramids | guessed | round | Kraus, Strengert 2007 |
+//! | [`Opaque`] | the same, with blurred opacity instead of filled holes | guessed | round | Kraus 2011 |
+//! | [`Splat`] | a spot a pixel, in three layers around each destination's depth | one more layer | any | Lee, Kim, Choi 2008 |
+//! | [`Scatter`] | a spot a pixel, sorted far to near | missing | any | Potmesil, Chakravarty 1981 |
+//! | [`Adaptive`] | few lens rays a pixel through peeled layers, only where blur needs them | seen, four deep | any | this project |
+//! | [`Pinhole`] | nothing: the input | | none | |
+//!
+//! [`About`] says the same for programs, with each method's known limits in words.
+//!
+//! # Rendering
+//!
+//! [`record`] is the one way in: it checks the lens, copies the image where all of it is in
+//! focus, and otherwise records the method's passes into a [`Frame`].
+//!
+//! ```no_run
+//! use defocus::{gpu::{Gpu, download}, lens::Lens, methods, view::View};
+//! # fn load() -> (defocus::image::ColorImage, defocus::image::DepthImage) { unimplemented!() }
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let gpu = Gpu::open(None)?;
+//! let (color, depth_m) = load();
+//! let mut view = View::of_image(&gpu, &color, &depth_m, 0.8)?;
+//! let lens = Lens { aperture_diameter_mm: 40.0, focus_distance_m: 2.0, ..Lens::PINHOLE };
+//! let mut method = methods::by_id("mipmap")?;
+//! methods::set_param(&mut *method, "smoothing", "off")?;
+//! let mut frame = gpu.frame();
+//! let texture = methods::record(&*method, &mut frame, &mut view, &lens)?;
+//! frame.finish();
+//! let image = download(&gpu, &texture);
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! Parameters are plain data ([`Param`]): sliders, options of the command line, sweeps and
+//! tests all come from [`Method::params`].
+//!
+//! # What holds for all of them
+//!
+//! A closed aperture or an image in focus gives the pinhole image; a constant colour stays
+//! where a method averages; mirrored input gives mirrored output; nothing finite becomes NaN
+//! or infinite. `tests/invariants.rs` and [`crate::study::stress`] iterate over [`all`], so
+//! that a method added later cannot escape them.
+//!
+//! # Adding one
+//!
+//! A file here, a shader of the same stem under `shaders/methods/`, and a line in [`all`].
+//! The window, the command line, the metrics and the benchmarks find it by iterating.
 
 mod accumulation;
 pub mod adaptive;

@@ -1,7 +1,7 @@
 //! What is known not to hold, and why: failures that are expected, and that make the run
 //! fail once they no longer happen.
 
-use super::cases::Combination;
+use super::cases::{Combination, random_case};
 use super::specimen::{ImageCase, Specimen};
 use glam::uvec2;
 
@@ -14,8 +14,8 @@ pub struct KnownLimit {
     pub check: &'static str,
     /// Whether a failure on this specimen is expected.
     pub applies: fn(&Specimen) -> bool,
-    /// A case that fails: it is part of every run, whatever the seed.
-    pub witness: fn() -> ImageCase,
+    /// Cases of which at least one fails: they are part of every run, whatever the seed.
+    pub witnesses: fn() -> Vec<ImageCase>,
     /// Why, and why it is left so.
     pub reason: &'static str,
 }
@@ -54,53 +54,76 @@ fn is_bright(specimen: &Specimen) -> bool {
     specimen.pixels.as_ref().is_some_and(|pixels| pixels.range()[1].max_element() > 2.0)
 }
 
-fn odd_wall() -> ImageCase {
-    Combination::named("strong blur", "near object before a sharp wall", "detail", uvec2(31, 7)).case()
+fn odd_images() -> Vec<ImageCase> {
+    vec![
+        Combination::named("narrow Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case(),
+        Combination::named("CoC wider than the image", "specks before a wall", "0 and 65504", uvec2(17, 11)).case(),
+        Combination::named("df 1 % above F", "specks before a wall", "1e-7 and 1", uvec2(33, 17)).case(),
+    ]
 }
 
-fn bright_wall() -> ImageCase {
-    Combination::named("strong blur", "all behind", "65504 everywhere", uvec2(24, 16)).case()
+fn layered_images() -> Vec<ImageCase> {
+    (0..12).map(|index| random_case(index, 1)).collect()
+}
+
+fn stepped_edges() -> Vec<ImageCase> {
+    vec![
+        Combination::named("widest Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case(),
+        Combination::named("slight blur", "noise over all depths", "1e-7 and 1", uvec2(16, 16)).case(),
+    ]
+}
+
+fn bright_and_dark_images() -> Vec<ImageCase> {
+    let dark = "subnormal numbers of f16 and f32";
+    vec![
+        random_case(11, 1),
+        Combination::named("narrow Gaussian", "ramp through the focus", "a bright point", uvec2(17, 11)).case(),
+        Combination::named("rounded pentagon", "near object before a sharp wall", dark, uvec2(100, 1)).case(),
+    ]
+}
+
+fn bright_walls() -> Vec<ImageCase> {
+    vec![
+        Combination::named("DPI = 1e6 px/mm", "all infinite", "beyond f16", uvec2(17, 11)).case(),
+        Combination::named("Gaussian", "all behind", "beyond f16", uvec2(100, 1)).case(),
+    ]
+}
+
+const fn odd_pyramid(method: &'static str) -> KnownLimit {
+    KnownLimit { method, check: "mirror", applies: is_odd, witnesses: odd_images, reason: ODD_PYRAMID }
 }
 
 /// The known limits.
 pub const KNOWN_LIMITS: &[KnownLimit] = &[
-    KnownLimit { method: "mipmap", check: "mirror", applies: is_odd, witness: odd_wall, reason: ODD_PYRAMID },
-    KnownLimit { method: "opaque", check: "mirror", applies: is_odd, witness: odd_wall, reason: ODD_PYRAMID },
-    KnownLimit { method: "pyramid", check: "mirror", applies: is_odd, witness: odd_wall, reason: ODD_PYRAMID },
+    odd_pyramid("mipmap"),
+    odd_pyramid("opaque"),
+    odd_pyramid("pyramid"),
     KnownLimit {
         method: "splat",
         check: "continuity",
         applies: has_several_depths,
-        witness: || super::cases::random_case(1, 1),
+        witnesses: layered_images,
         reason: LAYERS,
     },
     KnownLimit {
         method: "adaptive",
         check: "continuity",
         applies: has_several_depths,
-        witness: || {
-            Combination::named("widest Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case()
-        },
+        witnesses: stepped_edges,
         reason: FEW_RAYS,
     },
     KnownLimit {
         method: "adaptive",
         check: "range",
         applies: |specimen| is_bright(specimen) || is_dark(specimen),
-        witness: || {
-            let dark = "subnormal numbers of f16 and f32";
-            Combination::named("rounded pentagon", "near object before a sharp wall", dark, uvec2(100, 1)).case()
-        },
+        witnesses: bright_and_dark_images,
         reason: BRIGHT_OR_DARK,
     },
-    KnownLimit { method: "adaptive", check: "constancy", applies: is_bright, witness: bright_wall, reason: EMITTERS },
     KnownLimit {
         method: "adaptive",
-        check: "mirror",
+        check: "constancy",
         applies: is_bright,
-        witness: || {
-            Combination::named("moderate blur", "noise over all depths", "65504 everywhere", uvec2(24, 16)).case()
-        },
+        witnesses: bright_walls,
         reason: EMITTERS,
     },
 ];
