@@ -77,7 +77,8 @@ pub fn image_depth(data: &[u8]) -> bool {
 pub fn presets(data: &[u8]) -> bool {
     let Ok(text) = std::str::from_utf8(data) else { return false };
     let Ok(presets) = ron::from_str::<Vec<LensPreset>>(text) else { return false };
-    presets.iter().fold(true, |all, preset| check_lens(&preset.lens) && all)
+    let good = presets.iter().filter(|preset| check_lens(&preset.lens)).count();
+    good == presets.len()
 }
 
 /// A lens that passes its check has numbers for the shaders.
