@@ -109,7 +109,7 @@ const NUMBERS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5
 
 impl App {
     /// Everything that can be done now; those with keys first.
-    pub(super) fn commands(&self) -> Vec<Command> {
+    pub fn commands(&self) -> Vec<Command> {
         let a = self.document.a;
         let command = |name: &str, keys, action| Command { name: name.into(), keys, action };
         let coc = if self.document.pane(a).is_some_and(|p| p.show == Show::Coc) { 0 } else { 1 };

@@ -84,13 +84,17 @@ struct Asking {
 }
 
 /// The dialog, if one is open.
-#[derive(Default)]
 pub struct Dialogs {
     asking: Option<Asking>,
     folder: PathBuf,
 }
 
 impl Dialogs {
+    /// Dialogs that begin in `folder`.
+    pub fn in_folder(folder: PathBuf) -> Self {
+        Self { asking: None, folder }
+    }
+
     /// Asks for something to open.
     pub fn open(&mut self, ctx: &Context) {
         self.ask(ctx, Purpose::Open, String::new());

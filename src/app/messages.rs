@@ -50,7 +50,7 @@ impl Messages {
     /// Tells that something was done.
     pub fn note(&mut self, ctx: &egui::Context, text: &str) {
         let color = ctx.global_style().visuals.text_color();
-        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("✔".into(), color));
+        let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("·".into(), color));
         toast.duration(NOTE_FOR).closable(false).show_progress_bar(false);
         self.toasts.add(toast);
     }

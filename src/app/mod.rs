@@ -45,6 +45,7 @@ mod panes;
 mod preferences;
 mod report;
 mod screenshot;
+mod shaders;
 mod show;
 mod state;
 mod style;
@@ -95,6 +96,8 @@ pub struct AppOptions {
     pub document: Option<Document>,
     /// The person's choices; the last ones without it.
     pub preferences: Option<Preferences>,
+    /// The folder in which files are saved at first; the current one without it.
+    pub folder: Option<PathBuf>,
 }
 
 /// Keys under which the window's storage holds what is kept.
@@ -129,6 +132,7 @@ pub struct App {
     /// What the engine's source was opened from.
     loaded: Option<(String, DepthArgs)>,
     watched: watch::Watched,
+    reload: shaders::Reload,
     dialogs: dialogs::Dialogs,
     palette: palette::Palette,
     task: Option<tasks::Task>,
@@ -247,7 +251,8 @@ impl App {
             loader: Default::default(),
             loaded: None,
             watched: Default::default(),
-            dialogs: Default::default(),
+            reload: Default::default(),
+            dialogs: dialogs::Dialogs::in_folder(options.folder.unwrap_or_default()),
             palette: Default::default(),
             task: None,
             messages,
@@ -355,6 +360,7 @@ impl App {
         }
         self.take_in_loaded(ctx);
         self.load_what_is_named(ctx);
+        self.reload_shaders(ctx);
         for trouble in self.engine.take_troubles() {
             self.messages.error(ctx, &trouble);
         }

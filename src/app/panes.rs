@@ -362,7 +362,7 @@ fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[(String, 
     let names: Vec<&str> = exposed.iter().map(|(name, ..)| name.as_str()).collect();
     let before = exposed.iter().position(|(name, ..)| *name == inside.name).unwrap_or(0);
     let mut chosen = before;
-    let width = (ui.available_width() - 190.0).clamp(50.0, 190.0);
+    let width = (ui.available_width() - 210.0).clamp(50.0, 190.0);
     let list = combo(ui, &format!("inside {id}"), &mut chosen, &names, width);
     list.accessible_name(format!("Texture in pane {id}")).on_hover_text("Intermediate textures of the method");
     let (name, levels, layers) = &exposed[chosen];
@@ -373,16 +373,28 @@ fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[(String, 
         if count > 1 {
             *value = (*value).min(count - 1);
             let drag = DragValue::new(value).range(0..=count - 1).prefix(format!("{what} ")).speed(0.05);
-            ui.add(drag).on_hover_text(format!("{what}, 0 to {}", count - 1));
+            let name = format!("Texture {what} in pane {id}");
+            ui.add(drag).accessible_name(name).on_hover_text(format!("{what}, 0 to {}", count - 1));
         }
     };
     number(ui, "level", &mut inside.level, *levels);
     number(ui, "layer", &mut inside.layer, *layers);
-    let names: Vec<&str> = Channel::ALL.iter().map(|(_, name)| *name).collect();
+    let names = channel_names(name);
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
     let mut channel = Channel::ALL.iter().position(|(c, _)| *c == inside.channel).unwrap_or(0);
-    let list = combo(ui, &format!("channel {id}"), &mut channel, &names, 54.0);
+    let list = combo(ui, &format!("channel {id}"), &mut channel, &names, 64.0);
     list.accessible_name(format!("Channel in pane {id}"));
     inside.channel = Channel::ALL[channel].0;
+}
+
+/// Names of the channels of an exposed texture: "CoC, DoB, DoN" names three.
+fn channel_names(texture: &str) -> Vec<String> {
+    let own: Vec<&str> = texture.split(", ").collect();
+    let name = |(i, (_, letter)): (usize, &(Channel, &str))| match (own.len() > 1, i.checked_sub(1)) {
+        (true, Some(channel)) => own.get(channel).map_or_else(|| (*letter).to_owned(), |name| (*name).to_owned()),
+        _ => (*letter).to_owned(),
+    };
+    Channel::ALL.iter().enumerate().map(name).collect()
 }
 
 /// A method for a pane that is added beside `existing`: the reference first, then what is

@@ -162,6 +162,23 @@ impl Module {
         self.module.entry_points.iter().map(|e| (e.name.as_str(), e.workgroup_size))
     }
 
+    /// Errors unless this can stand in for `earlier` in a running program: the same entry
+    /// points that bind the same names, with uniforms of the same layout.
+    pub fn check_stands_in_for(&self, earlier: &Self) -> Result<(), ShaderError> {
+        let error = |message: String| Err(ShaderError { name: self.name.clone(), message });
+        for (entry, _) in earlier.entry_points() {
+            let Some(bindings) = self.bindings(entry) else {
+                return error(format!("the entry point {entry} is gone, which the program calls: build it again"));
+            };
+            let before = earlier.bindings(entry).unwrap_or_default();
+            let same = |(a, b): ((&String, &Binding), (&String, &Binding))| a.0 == b.0 && a.1.uniform == b.1.uniform;
+            if bindings.len() != before.len() || !bindings.iter().zip(&before).all(same) {
+                return error(format!("{entry} binds other things than the program gives it: build it again"));
+            }
+        }
+        Ok(())
+    }
+
     /// The bindings that `entry` uses, by name; `None` if there is no such entry point.
     pub fn bindings(&self, entry: &str) -> Option<BTreeMap<String, Binding>> {
         let index = self.module.entry_points.iter().position(|e| e.name == entry)?;

@@ -222,6 +222,8 @@ impl Linear {
             .texture("circles_out", &circles)
             .texture("tile_radius_out", &tile_radius)
             .dispatch(outer);
+        frame.expose("circles", &circles);
+        frame.expose("greatest circle of each tile", &tile_radius);
         let result = frame.color_texture("linear", view.size());
         frame
             .pass(&SHADER, "gather_circles")

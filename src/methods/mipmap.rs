@@ -310,6 +310,6 @@ fn build_pyramids(frame: &mut Frame<'_>, pinhole: &Layer, grid: &PyramidGrid, un
             .dispatch(color.level_size(level));
     }
     frame.expose("colour pyramid", &color);
-    frame.expose("CoC, DoB, DoN pyramid", &blur);
+    frame.expose("CoC, DoB, DoN", &blur);
     Pyramids { color, blur }
 }

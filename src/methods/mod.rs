@@ -237,11 +237,19 @@ pub fn record(
         let [low, high] = view.coc_bounds_px(frame, lens);
         low.abs().max(high.abs()) < IN_FOCUS_COC_PX
     };
-    if in_focus {
-        frame.skip("everything in focus");
-        return Ok(pinhole::inner(frame, view));
+    let result = match in_focus {
+        true => {
+            frame.skip("everything in focus");
+            pinhole::inner(frame, view)
+        }
+        false => method.record(frame, view, lens)?,
+    };
+    if frame.keeps_intermediates() {
+        let pinhole = view.pinhole(frame);
+        frame.expose("pinhole image", &pinhole.color);
+        frame.expose("stored depth", &pinhole.depth);
     }
-    method.record(frame, view, lens)
+    Ok(result)
 }
 
 /// The method called `id` with its default parameters, or an error that lists all.

@@ -6,14 +6,20 @@ use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
+use std::path::PathBuf;
 use std::time::{Duration, Instant};
 
 pub type Window = Harness<'static, App>;
 
 /// A window of `size` points that starts with `document`, once it has settled.
 pub fn window(size: [f32; 2], document: Document) -> Window {
+    window_in(size, document, None)
+}
+
+/// The same, which saves into `folder` unless it is told otherwise.
+pub fn window_in(size: [f32; 2], document: Document, folder: Option<PathBuf>) -> Window {
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
-    let options = AppOptions { document: Some(document), ..AppOptions::default() };
+    let options = AppOptions { document: Some(document), folder, ..AppOptions::default() };
     let app = App::new(&state, options);
     let mut window = Harness::builder()
         .with_size(vec2(size[0], size[1]))

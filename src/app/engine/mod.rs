@@ -141,6 +141,8 @@ impl Engine {
     /// Makes every picture anew, as after a shader was replaced.
     pub fn forget_pictures(&mut self) {
         self.panes.values_mut().for_each(|pane| pane.made_for = None);
+        self.view = None;
+        self.depths_m = None;
     }
 
     /// What the engine has of a pane.
