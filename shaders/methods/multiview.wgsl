@@ -148,6 +148,10 @@ fn false_position(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
     return c;
 }
 
+/// By how much a surface at a slab's bound may lie beyond it after rounding, px: a wall that
+/// faces the eye lies there as a whole.
+const ROUNDING = 1e-3;
+
 /// Steps over which the ray moves by a pixel at most: the first surface before which it
 /// was and behind which it is.
 fn stepped(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
@@ -156,7 +160,7 @@ fn stepped(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
     for (var i = 0.0; i < steps; i += 1.0) {
         let c = near + (i + 0.5) * step;
         let height = surface_c(at(ray, c), slab);
-        if height <= c + 0.5 * step {
+        if height <= c + 0.5 * step + ROUNDING {
             return max(height, c - 0.5 * step);
         }
     }

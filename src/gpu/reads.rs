@@ -5,8 +5,9 @@
 /// Name of the counter in shaders that count.
 pub(super) const READS_BINDING: &str = "texture_reads";
 
+// Shared shader functions bind in groups of their own, from 0 on.
 const COUNTER: &str = "
-@group(1) @binding(0) var<storage, read_write> texture_reads: atomic<u32>;
+@group(1) @binding(99) var<storage, read_write> texture_reads: atomic<u32>;
 fn counted_read() -> f32 {
     atomicAdd(&texture_reads, 1u);
     return 1.0;

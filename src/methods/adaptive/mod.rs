@@ -130,7 +130,7 @@ impl Method for Adaptive {
             conserves_energy: false,
             averages: true,
             samples_lens: true,
-            width_tolerance: 0.03,
+            width_tolerance: 0.04,
         }
     }
 

@@ -250,7 +250,8 @@ struct LensPoints {
 impl Multiview {
     /// Slabs of thickness delta over a range of CoCs, px; at least one.
     fn slab_count(&self, range_px: f64) -> u32 {
-        ((range_px / f64::from(self.delta_px)).ceil() as u32).clamp(1, self.slabs)
+        // Rounding past a whole number of slabs asks for no further one.
+        ((range_px / f64::from(self.delta_px) - 1e-3).ceil() as u32).clamp(1, self.slabs)
     }
 
     /// Whether rays do the shading: an image's colours are all that is known of it.
