@@ -339,7 +339,7 @@ fn invariance(subject: &mut Subject<'_>) -> Finding {
     Ok(Some(first.map_err(|bad| BadPixel { found: format!("{}; {differing} pixels differ", bad.found), ..bad })))
 }
 
-/// A copy of the method for which [`mirror`] means something: noise that differs from
+/// A copy of the method for which the check `mirror` means something: noise that differs from
 /// pixel to pixel is not mirrored with the image.
 pub fn without_jitter(method: &dyn Method) -> Box<dyn Method> {
     let mut method = method.boxed();
