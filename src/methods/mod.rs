@@ -30,7 +30,11 @@
 //!
 //! ```no_run
 //! use defocus::{gpu::{Gpu, download}, lens::Lens, methods, view::View};
-//! # fn load() -> (defocus::image::ColorImage, defocus::image::DepthImage) { unimplemented!() }
+//! # use defocus::image::{ColorImage, DepthImage, Image};
+//! # fn load() -> (ColorImage, DepthImage) {
+//! #     let size = glam::UVec2::splat(64);
+//! #     (Image::filled(size, glam::Vec3::ONE), Image::filled(size, 2.0))
+//! # }
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let gpu = Gpu::open(None)?;
 //! let (color, depth_m) = load();
