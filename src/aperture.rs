@@ -68,8 +68,9 @@ pub enum Aperture {
 pub enum ApertureError {
     /// Not the command line's syntax.
     #[error(
-        "'{given}' is not an aperture: {cause}; \
-         write disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE"
+        "'{}' is not an aperture: {cause}; \
+         write disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE",
+        given.escape_debug()
     )]
     Syntax {
         /// The whole of what was given.
@@ -88,7 +89,7 @@ pub enum ApertureError {
         bound: &'static str,
     },
     /// An aperture image that cannot be read.
-    #[error("cannot read the aperture image '{path}': {cause}; give a PNG, JPEG or HDR image")]
+    #[error("cannot read the aperture image '{}': {cause}; give a PNG, JPEG or HDR image", path.escape_debug())]
     Unreadable {
         /// The file.
         path: String,
@@ -96,7 +97,7 @@ pub enum ApertureError {
         cause: String,
     },
     /// An aperture image that no light passes, or with pixels that are no intensities.
-    #[error("the aperture image '{name}' {cause}")]
+    #[error("the aperture image '{}' {cause}", name.escape_debug())]
     BadImage {
         /// The image's name.
         name: String,

@@ -30,7 +30,7 @@ pub struct Headset {
 
 /// A name that no preset has.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-#[error("there is no lens preset '{name}': the presets are {known}")]
+#[error("there is no lens preset '{}': the presets are {known}", name.escape_debug())]
 pub struct UnknownPreset {
     /// The name given.
     pub name: String,

@@ -26,7 +26,7 @@ impl FromStr for Aperture {
             ("gaussian", Some(rest)) => Self::Gaussian { sigma_per_coc: number(given, "SIGMA_PER_COC", rest)? },
             ("image", None | Some("")) => return Err(wrong("the file's name is missing")),
             ("image", Some(file)) => Self::Image(Arc::new(ApertureImage::load(Path::new(file))?)),
-            _ => return Err(wrong(&format!("there is no kind '{kind}'"))),
+            _ => return Err(wrong(&format!("there is no kind '{}'", kind.escape_debug()))),
         };
         aperture.check()?;
         Ok(aperture)
@@ -44,7 +44,7 @@ fn polygon(given: &str, rest: &str) -> Result<Aperture, ApertureError> {
 }
 
 fn number<T: FromStr>(given: &str, name: &str, text: &str) -> Result<T, ApertureError> {
-    let cause = || format!("{name} is '{text}', which is not such a number");
+    let cause = || format!("{name} is '{}', which is not such a number", text.escape_debug());
     text.parse().map_err(|_| ApertureError::Syntax { given: given.into(), cause: cause() })
 }
 

@@ -12,7 +12,7 @@ pub enum GpuError {
     )]
     NoAdapter,
     /// No adapter's name contains what was asked for.
-    #[error("no adapter is called '{wanted}'; there are: {available}")]
+    #[error("no adapter is called '{}'; there are: {available}", wanted.escape_debug())]
     NoSuchAdapter {
         /// The substring asked for.
         wanted: String,

@@ -268,7 +268,7 @@ pub fn by_id(id: &str) -> Result<Box<dyn Method>, UnknownMethod> {
 
 /// There is no method of that name.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[error("there is no method '{id}'; there are: {known}")]
+#[error("there is no method '{}'; there are: {known}", id.escape_debug())]
 pub struct UnknownMethod {
     /// The name given.
     pub id: String,

@@ -53,7 +53,7 @@ pub enum Value<'a> {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParamError {
     /// The method has no such parameter.
-    #[error("{method} has no parameter '{key}'; it has: {known}")]
+    #[error("{method} has no parameter '{}'; it has: {known}", key.escape_debug())]
     Unknown {
         /// The method's id.
         method: &'static str,
@@ -63,7 +63,7 @@ pub enum ParamError {
         known: String,
     },
     /// The text is not a value of the parameter's kind, or out of range.
-    #[error("{method}.{key} cannot be '{given}': it must be {expected}")]
+    #[error("{method}.{key} cannot be '{}': it must be {expected}", given.escape_debug())]
     Invalid {
         /// The method's id.
         method: &'static str,

@@ -1,7 +1,7 @@
 //! References on disk: one of a thousand lens points costs minutes in software.
 //!
 //! An entry is an EXR (32-bit float) beside a small JSON, named by a hash of everything
-//! that the image depends on, this build of the program included. A damaged entry counts
+//! that the image depends on, the code that draws it included (`build.rs` names that). A damaged entry counts
 //! as none.
 
 use super::reference::render_reference;
@@ -38,7 +38,7 @@ impl CacheKey {
     /// The key of a view's reference.
     pub fn new(source: &GpuSource, view: &View, lens: &Lens, request: &ReferenceRequest) -> Self {
         let mut state = DefaultHasher::new();
-        build_identity().hash(&mut state);
+        env!("DEFOCUS_REFERENCE_CODE").hash(&mut state);
         source.gpu().adapter().name.hash(&mut state);
         if let Source::Scene(scene) = source.source() {
             hash_scene(scene, &mut state);
@@ -51,13 +51,6 @@ impl CacheKey {
         format!("{} {convergence:?}", request.reference.id()).hash(&mut state);
         Self(state.finish())
     }
-}
-
-/// Version and, since a rebuilt program may draw otherwise, the age and size of its file.
-fn build_identity() -> impl Hash {
-    let file = std::env::current_exe().and_then(std::fs::metadata).ok();
-    let modified = file.as_ref().and_then(|f| f.modified().ok());
-    (env!("CARGO_PKG_VERSION"), modified, file.map(|f| f.len()))
 }
 
 /// All that an image of the scene depends on.

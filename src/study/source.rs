@@ -53,7 +53,8 @@ pub enum SourceError {
     Image(#[from] RgbdError),
     /// Neither a built-in name nor a file of a known kind.
     #[error(
-        "there is no scene '{spec}': give a built-in name ({known}), a .glb or .gltf file, or a .png, .jpg, .hdr or .exr image with depth"
+        "there is no scene '{}': give a built-in name ({known}), a .glb or .gltf file, or a .png, .jpg, .hdr or .exr image with depth",
+        spec.escape_debug()
     )]
     Unknown {
         /// What was given.
@@ -68,7 +69,7 @@ pub enum SourceError {
         spec: String,
     },
     /// A camera that the scene does not have.
-    #[error("{scene} has no camera '{given}'; it has {known} (numbers from 0 are accepted too)")]
+    #[error("{scene} has no camera '{}'; it has {known} (numbers from 0 are accepted too)", given.escape_debug())]
     NoSuchCamera {
         /// The scene's name.
         scene: String,

@@ -1,0 +1,46 @@
+//! Names the code that references are drawn by, so that those on disk outlive changes of
+//! everything else.
+
+use std::hash::{DefaultHasher, Hash, Hasher};
+use std::path::{Path, PathBuf};
+
+/// What no reference depends on: the window, the command line, the measuring, and the
+/// methods that are measured. All else counts, new files too.
+const WITHOUT: [&str; 6] = ["src/app", "src/cli", "src/metrics", "src/study", "src/methods", "shaders/methods"];
+
+/// The exceptions among those: what makes references, and the methods that are.
+const WITH: [&str; 5] = [
+    "src/study/reference.rs",
+    "src/study/source.rs",
+    "src/methods/accumulation.rs",
+    "src/methods/pinhole.rs",
+    "shaders/methods/accumulation.wgsl",
+];
+
+fn main() {
+    let mut files = vec![PathBuf::from("Cargo.lock")];
+    files.extend(WITH.map(PathBuf::from));
+    for folder in ["src", "shaders"] {
+        collect(Path::new(folder), &mut files);
+    }
+    files.sort();
+    let mut state = DefaultHasher::new();
+    for file in &files {
+        let content = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
+        (file, content).hash(&mut state);
+    }
+    println!("cargo::rustc-env=DEFOCUS_REFERENCE_CODE={:016x}", state.finish());
+    for watched in ["Cargo.lock", "src", "shaders"] {
+        println!("cargo::rerun-if-changed={watched}");
+    }
+}
+
+fn collect(folder: &Path, files: &mut Vec<PathBuf>) {
+    let entries = std::fs::read_dir(folder).unwrap_or_else(|e| panic!("{}: {e}", folder.display()));
+    for path in entries.flatten().map(|entry| entry.path()) {
+        if WITHOUT.iter().any(|without| path == Path::new(without)) {
+            continue;
+        }
+        if path.is_dir() { collect(&path, files) } else { files.push(path) }
+    }
+}
