@@ -1,5 +1,6 @@
 //! Names the code that references are drawn by, so that those on disk outlive changes of
-//! everything else.
+//! everything else. `DEFOCUS_REFERENCE_CODE` in the environment of the build overrides the
+//! name: who knows that a change draws the same keeps hours of references.
 
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::{Path, PathBuf};
@@ -29,7 +30,10 @@ fn main() {
         let content = std::fs::read(file).unwrap_or_else(|e| panic!("{}: {e}", file.display()));
         (file, content).hash(&mut state);
     }
-    println!("cargo::rustc-env=DEFOCUS_REFERENCE_CODE={:016x}", state.finish());
+    let given = std::env::var("DEFOCUS_REFERENCE_CODE").ok();
+    let code = given.unwrap_or_else(|| format!("{:016x}", state.finish()));
+    println!("cargo::rustc-env=DEFOCUS_REFERENCE_CODE={code}");
+    println!("cargo::rerun-if-env-changed=DEFOCUS_REFERENCE_CODE");
     for watched in ["Cargo.lock", "src", "shaders"] {
         println!("cargo::rerun-if-changed={watched}");
     }

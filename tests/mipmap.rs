@@ -7,7 +7,7 @@ use common::gpu;
 use defocus::gpu::download;
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
-use defocus::methods::{self, Mipmap, MipmapCalibration, MipmapInterpolation};
+use defocus::methods::{self, CircleSampling, Circles, Mipmap, MipmapCalibration, MipmapFilter, MipmapInterpolation};
 use defocus::view::View;
 use glam::{DVec2, DVec3, UVec2, Vec3, dvec2, uvec2, vec3};
 
@@ -19,6 +19,8 @@ struct Mirror<'a> {
     params: Mipmap,
     /// The paper's levels 1, 2, ...
     pyramid: Vec<Image<Texel>>,
+    /// Those through the narrow and the wide disc.
+    discs: [Vec<Image<Texel>>; 2],
     padding: UVec2,
 }
 
@@ -31,13 +33,51 @@ struct Texel {
 
 const KERNEL: [f64; 4] = [0.125, 0.375, 0.375, 0.125];
 
+/// Diameters of the discs, texels.
+const DISCS: [f64; 3] = [2.0, 3.0, 3.0 * std::f64::consts::SQRT_2];
+
+/// Offsets, texels, and weights of a disc drawn on texels.
+fn disc(diameter: f64) -> Vec<((i64, i64), f64)> {
+    let circles = Circles::new(CircleSampling::default());
+    let offsets = (-2..=2).flat_map(|y| (-2..=2).map(move |x| (x, y)));
+    let covered =
+        |(x, y): (i64, i64)| circles.coverage(0.5 * diameter, x.unsigned_abs() as u32, y.unsigned_abs() as u32);
+    let weighted: Vec<_> = offsets.map(|offset| (offset, covered(offset))).collect();
+    let total: f64 = weighted.iter().map(|(_, weight)| weight).sum();
+    weighted.into_iter().map(|(offset, weight)| (offset, weight / total)).collect()
+}
+
+fn disc_variance(diameter: f64) -> f64 {
+    disc(diameter).iter().map(|((x, _), weight)| weight * (x * x) as f64).sum()
+}
+
+fn through_disc(level: &Image<Texel>, diameter: f64) -> Image<Texel> {
+    let disc = disc(diameter);
+    Image::from_fn(level.size, |x, y| {
+        let mut sum = Texel::default();
+        for ((dx, dy), weight) in &disc {
+            let texel = level.at_clamped(i64::from(x) + dx, i64::from(y) + dy);
+            sum.color += *weight * texel.color;
+            sum.blur += *weight * texel.blur;
+        }
+        sum
+    })
+}
+
 impl<'a> Mirror<'a> {
     fn new(color: &'a ColorImage, depth: &'a DepthImage, lens: &Lens, params: &Mipmap, levels: u32) -> Self {
         let coarsest = 1 << levels;
         let padded = uvec2(color.size.x.next_multiple_of(coarsest), color.size.y.next_multiple_of(coarsest));
         let padding = (padded - color.size) / 2;
-        let mut mirror =
-            Self { color, depth, lens: lens.clone(), params: params.clone(), pyramid: Vec::new(), padding };
+        let mut mirror = Self {
+            color,
+            depth,
+            lens: lens.clone(),
+            params: params.clone(),
+            pyramid: Vec::new(),
+            discs: Default::default(),
+            padding,
+        };
         for level in 0..levels {
             let size = (padded / 2) >> level;
             let next = Image::from_fn(size, |x, y| {
@@ -51,6 +91,9 @@ impl<'a> Mirror<'a> {
                 mirror.reduce(&std::array::from_fn(|i| texel(i as i64)))
             });
             mirror.pyramid.push(next);
+        }
+        for (discs, diameter) in [(0, DISCS[1]), (1, DISCS[2])] {
+            mirror.discs[discs] = mirror.pyramid.iter().map(|level| through_disc(level, diameter)).collect();
         }
         mirror
     }
@@ -83,6 +126,14 @@ impl<'a> Mirror<'a> {
         }
         assert!(weight > 1e-6);
         Texel { color: color / weight, blur: DVec3::new(blur.x, blur.y, rho) }
+    }
+
+    /// A disc of diameter `DISCS[i]` on the paper's level l, as pixels read it.
+    fn node_variance(l: f64, i: usize) -> f64 {
+        if l == 0.0 {
+            return disc_variance(DISCS[i]);
+        }
+        0.25 * (4f64.powf(l) - 1.0) + 4f64.powf(l) * (1.0 / 6.0 + disc_variance(DISCS[i]))
     }
 
     fn level_variance(l: f64) -> f64 {
@@ -119,8 +170,8 @@ impl<'a> Mirror<'a> {
     }
 
     /// Bilinear read of a pyramid level (0 is the paper's level 1) at a level-0 position.
-    fn sample(&self, at: DVec2, level: usize) -> Texel {
-        let image = &self.pyramid[level];
+    fn sample(&self, pyramid: &[Image<Texel>], at: DVec2, level: usize) -> Texel {
+        let image = &pyramid[level];
         let p = (at + self.padding.as_dvec2()) / f64::from(2u32 << level) - 0.5;
         let (corner, w) = (p.floor(), p - p.floor());
         let mut sum = Texel::default();
@@ -134,25 +185,26 @@ impl<'a> Mirror<'a> {
         sum
     }
 
-    fn trilinear(&self, at: DVec2, level: f64) -> Texel {
-        let low = (level.floor() as usize).min(self.pyramid.len() - 1);
-        let high = (low + 1).min(self.pyramid.len() - 1);
-        let (a, b, beta) = (self.sample(at, low), self.sample(at, high), level - low as f64);
+    fn trilinear(&self, pyramid: &[Image<Texel>], at: DVec2, level: f64) -> Texel {
+        let low = (level.floor() as usize).min(pyramid.len() - 1);
+        let high = (low + 1).min(pyramid.len() - 1);
+        let (a, b, beta) = (self.sample(pyramid, at, low), self.sample(pyramid, at, high), level - low as f64);
         Texel { color: a.color.lerp(b.color, beta), blur: a.blur.lerp(b.blur, beta) }
     }
 
-    fn blur_at(&self, at: DVec2, level: f64) -> DVec3 {
+    fn blur_at(&self, pyramid: &[Image<Texel>], at: DVec2, level: f64) -> DVec3 {
         if level < 1.0 {
             let c =
                 self.lens.coc_diameter_px(f64::from(self.depth.at_clamped(at.x.floor() as i64, at.y.floor() as i64)));
             let sharp = DVec3::new(c, self.dob(c), 0.0);
-            return sharp.lerp(self.sample(at, 0).blur, level);
+            return sharp.lerp(self.sample(pyramid, at, 0).blur, level);
         }
-        self.trilinear(at, level - 1.0).blur
+        self.trilinear(pyramid, at, level - 1.0).blur
     }
 
     fn smooth_blur_at(&self, at: DVec2, level: f64) -> DVec3 {
-        self.taps().iter().map(|(offset, weight)| *weight * self.blur_at(at + level.exp2() * *offset, level)).sum()
+        let read = |offset: DVec2| self.blur_at(&self.pyramid, at + level.exp2() * offset, level);
+        self.taps().iter().map(|(offset, weight)| *weight * read(*offset)).sum()
     }
 
     fn image_at(&self, at: DVec2) -> DVec3 {
@@ -163,7 +215,7 @@ impl<'a> Mirror<'a> {
     }
 
     fn color_at(&self, at: DVec2, l: usize) -> DVec3 {
-        if l == 0 { self.image_at(at) } else { self.sample(at, l - 1).color }
+        if l == 0 { self.image_at(at) } else { self.sample(&self.pyramid, at, l - 1).color }
     }
 
     fn blend_levels(&self, fine: DVec3, coarse: DVec3, beta: f64) -> DVec3 {
@@ -196,14 +248,57 @@ impl<'a> Mirror<'a> {
         self.filtered(at, l as usize - 1, beta, (texel2 * (1.0 + 3.0 * beta)).sqrt())
     }
 
-    fn interpolate_smoothed(&self, x: u32, y: u32) -> DVec3 {
-        let at = uvec2(x, y).as_dvec2() + 0.5;
+    fn as_printed(&self, at: DVec2) -> DVec3 {
         let top = self.pyramid.len() as f64;
-        let rho = self.smooth_blur_at(at, top).z;
-        let n = self.level_of_dob(rho).min(top);
-        let sigma =
-            if n > 0.0 && self.params.smoothing { self.smooth_blur_at(at, n).y } else { self.blur_at(at, 0.0).y };
+        let n = self.level_of_dob(self.smooth_blur_at(at, top).z).min(top);
+        let sharp = self.blur_at(&self.pyramid, at, 0.0).y;
+        let sigma = if n > 0.0 && self.params.smoothing { self.smooth_blur_at(at, n).y } else { sharp };
         self.interpolate(at, self.level_of_dob(sigma))
+    }
+
+    /// Variance, px^2, of the blur of a DoB.
+    fn variance_of_dob(&self, sigma: f64) -> f64 {
+        if self.params.calibration == MipmapCalibration::Measured as usize {
+            return (self.lens.aperture.sigma_per_coc() / f64::from(self.params.sigma_per_coc) * sigma).powi(2);
+        }
+        let m = self.level_of_dob(sigma);
+        let (low, high) =
+            (if m < 1.0 { 0.0 } else { Self::level_variance(m.floor()) }, Self::level_variance(m.floor() + 1.0));
+        low + (m - m.floor()) * (high - low)
+    }
+
+    /// The image through a disc of a variance, between the two nearest that are known.
+    fn disc_at(&self, at: DVec2, variance: f64) -> DVec3 {
+        let on_image = |i: usize| {
+            let read = |(dx, dy): (i64, i64)| self.color.at_clamped(at.x as i64 + dx, at.y as i64 + dy).as_dvec3();
+            disc(DISCS[i]).into_iter().map(|(offset, weight)| weight * read(offset)).sum()
+        };
+        let mut known = vec![(0.0, self.image_at(at))];
+        known.extend((0..3).map(|i| (Self::node_variance(0.0, i), on_image(i))));
+        for l in 1..=self.pyramid.len() {
+            for i in 1..3 {
+                let color = self.sample(&self.discs[i - 1], at, l - 1).color;
+                known.push((Self::node_variance(l as f64, i), color));
+            }
+        }
+        let above = known.iter().position(|(v, _)| *v > variance).unwrap();
+        let ((low, fine), (high, coarse)) = (known[above - 1], known[above]);
+        self.blend_levels(fine, coarse, (variance - low) / (high - low))
+    }
+
+    fn through_discs(&self, at: DVec2) -> DVec3 {
+        let top = self.pyramid.len() as f64;
+        let narrow = &self.discs[0];
+        let n = if self.params.smoothing { self.level_of_dob(self.blur_at(narrow, at, top).z).min(top) } else { 0.0 };
+        self.disc_at(at, self.variance_of_dob(self.blur_at(narrow, at, n).y))
+    }
+
+    fn pixel(&self, x: u32, y: u32) -> DVec3 {
+        let at = uvec2(x, y).as_dvec2() + 0.5;
+        match self.params.filter == MipmapFilter::Discs as usize {
+            true => self.through_discs(at),
+            false => self.as_printed(at),
+        }
     }
 }
 
@@ -219,13 +314,20 @@ fn render(method: &Mipmap, color: &ColorImage, depth: &DepthImage, lens: &Lens) 
 
 fn variants() -> Vec<(&'static str, Mipmap)> {
     let default = Mipmap::default();
+    let printed = Mipmap { filter: MipmapFilter::AsPrinted as usize, ..default.clone() };
+    let paper = MipmapCalibration::Paper as usize;
+    let geometric = MipmapInterpolation::Geometric as usize;
     vec![
         ("default", default.clone()),
-        ("paper's level", Mipmap { calibration: MipmapCalibration::Paper as usize, ..default.clone() }),
-        ("geometric", Mipmap { interpolation: MipmapInterpolation::Geometric as usize, ..default.clone() }),
+        ("paper's level", Mipmap { calibration: paper, ..default.clone() }),
+        ("geometric", Mipmap { interpolation: geometric, ..default.clone() }),
         ("isotropic", Mipmap { anisotropic: false, ..default.clone() }),
-        ("not smoothed", Mipmap { smoothing: false, ..default.clone() }),
-        ("square filter", Mipmap { circular: false, ..default }),
+        ("not smoothed", Mipmap { smoothing: false, ..default }),
+        ("as printed", printed.clone()),
+        ("as printed, paper's level", Mipmap { calibration: paper, ..printed.clone() }),
+        ("as printed, geometric", Mipmap { interpolation: geometric, ..printed.clone() }),
+        ("as printed, not smoothed", Mipmap { smoothing: false, ..printed.clone() }),
+        ("as printed, square filter", Mipmap { circular: false, ..printed }),
     ]
 }
 
@@ -249,7 +351,7 @@ fn the_shader_computes_what_the_mirror_computes() {
         let mirror = Mirror::new(&color, &depth, &lens, &method, method.levels(&lens, greatest));
         let differences = (0..SIZE.x * SIZE.y).map(|i| {
             let (x, y) = (i % SIZE.x, i / SIZE.x);
-            let difference = (gpu_image.at(x, y).as_dvec3() - mirror.interpolate_smoothed(x, y)).abs().max_element();
+            let difference = (gpu_image.at(x, y).as_dvec3() - mirror.pixel(x, y)).abs().max_element();
             (difference, (x, y))
         });
         let (worst, at) = differences.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();

@@ -7,6 +7,8 @@
 // Bins are equally wide in t = sign(s) sqrt(|s|): 64 of them resolve a tenth of a pixel
 // near the focus and a pixel where blur is tens of pixels wide.
 
+#import tile_lists
+
 struct Adaptive {
     /// Tiles of the outer frame; tile `first_tile` holds the inner frame's first pixel.
     tiles: vec2u,
@@ -55,7 +57,6 @@ fn texels_of(adaptive: Adaptive, at: vec2f) -> vec2f {
     return k * at - 0.5 * (k - 1.0);
 }
 
-const TILE = 8u;
 const BINS = 64u;
 
 /// s of a texel without a surface: beyond all bins.

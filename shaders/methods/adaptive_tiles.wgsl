@@ -4,7 +4,6 @@
 //   mark_tiles      s of all layers packed in one texel; the tile's occupied bins
 //   dilate_rows     bins of the tiles to the left and right whose blur reaches here
 //   classify_tiles  the same up and down, the umbra cull, the class, the lists
-//   plan_dispatches list lengths to workgroup grids
 
 #import lens
 #import layers
@@ -15,10 +14,6 @@
 @group(0) @binding(4) var<storage, read_write> marked: array<Tile>;
 @group(0) @binding(5) var<storage, read_write> rows: array<Tile>;
 @group(0) @binding(6) var<storage, read_write> dilated: array<Tile>;
-/// Three lists, one a class, each as long as there are inner tiles.
-@group(0) @binding(7) var<storage, read_write> lists: array<u32>;
-/// Three of (workgroups x, y, z, list length).
-@group(0) @binding(8) var<storage, read_write> dispatches: array<atomic<u32>, 12>;
 /// The number of emitters, then the length of each inner tile's list of them.
 @group(0) @binding(10) var<storage, read> emitter_counts: array<u32>;
 @group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
@@ -197,21 +192,6 @@ fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
     tile.emitters = emitter_counts[1u + index];
     tile.class_of = select(class_of(vec2u(tile.low, tile.high)), COMPLEX, tile.emitters > 0u);
     dilated[index] = tile;
-    let place = atomicAdd(&dispatches[4u * tile.class_of + 3u], 1u);
-    let length = adaptive.inner_tiles.x * adaptive.inner_tiles.y;
-    lists[tile.class_of * length + place] = id.x | (id.y << 16u);
+    list_tile(id.xy, tile.class_of);
     textureStore(classes, id.xy, vec4f(f32(tile.class_of) * 0.5));
-}
-
-/// Workgroups along x: what every adapter allows.
-const MAX_GROUPS = 65535u;
-
-@compute @workgroup_size(1)
-fn plan_dispatches() {
-    for (var i = 0u; i < 3u; i++) {
-        let length = atomicLoad(&dispatches[4u * i + 3u]);
-        atomicStore(&dispatches[4u * i], min(length, MAX_GROUPS));
-        atomicStore(&dispatches[4u * i + 1u], (length + MAX_GROUPS - 1u) / MAX_GROUPS);
-        atomicStore(&dispatches[4u * i + 2u], 1u);
-    }
 }

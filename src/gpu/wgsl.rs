@@ -34,10 +34,12 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/lens_rays"),
     shader!("lib/lens_views"),
     shader!("lib/listed_tiles"),
+    shader!("lib/mipmap"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),
+    shader!("lib/tile_lists"),
 ];
 
 /// Storage format of intermediate colour images; shaders name it `COLOR_FORMAT`.

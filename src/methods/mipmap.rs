@@ -17,14 +17,16 @@
 //! the level is set so that the second moment of what the pyramid really does equals the
 //! lens's own ("measured"); the paper's constant is the other setting.
 
-use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Frame, SamplerKind, Shader, Texture, TextureKey};
+use super::tile_lists::{TILE_PX, TileLists};
+use super::{About, Apertures, CircleSampling, Circles, IN_FOCUS_COC_PX, Method, MethodError, Param};
+use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 
 const SHADER: Shader = shader!("methods/mipmap");
+const READ: Shader = shader!("methods/mipmap_read");
 
 /// Mipmap interpolation with the paper's constants as parameters.
 #[derive(Clone, Debug)]
@@ -45,6 +47,8 @@ pub struct Mipmap {
     pub circular: bool,
     /// A [`MipmapInterpolation`].
     pub interpolation: usize,
+    /// A [`MipmapFilter`].
+    pub filter: usize,
 }
 
 /// How a level is found for a blur.
@@ -69,6 +73,19 @@ pub enum MipmapInterpolation {
 
 const INTERPOLATIONS: &[&str] = &["arithmetic", "geometric"];
 
+/// What a pixel reads of the pyramids.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MipmapFilter {
+    /// Two reads of levels that were filtered beforehand, by discs of two diameters, so that
+    /// a pixel's disc lies between two that differ by sqrt(2). Discs up to 4 px are drawn on
+    /// the image itself. Faster than the paper's filter, and closer to a disc.
+    Discs,
+    /// Nine reads on a circle, of two levels each, as printed.
+    AsPrinted,
+}
+
+const FILTERS: &[&str] = &["discs", "as printed"];
+
 /// More levels than any image has.
 const MAX_LEVELS: u32 = 12;
 
@@ -83,6 +100,7 @@ impl Default for Mipmap {
             smoothing: true,
             circular: true,
             interpolation: 0,
+            filter: 0,
         }
     }
 }
@@ -100,6 +118,11 @@ uniform! {
         padding: [i32; 2],
         levels: u32,
         overscan: u32,
+        smoothing: u32,
+        in_focus_coc_px: f32,
+        unused: [u32; 2],
+        disc_variance: [f32; 4],
+        discs: [[f32; 4]; 6],
     }
 }
 
@@ -169,7 +192,7 @@ impl Method for Mipmap {
                 "circular",
                 "Circular filter",
                 &mut self.circular,
-                "Reads neighbours on a circle instead of a square, Fig. 4.",
+                "Reads neighbours on a circle instead of a square, Fig. 4, for the filter \"as printed\".",
             ),
             Param::choice(
                 "interpolation",
@@ -177,6 +200,13 @@ impl Method for Mipmap {
                 &mut self.interpolation,
                 INTERPOLATIONS,
                 "geometric: equation (8). arithmetic: the trilinear read of section 6.",
+            ),
+            Param::choice(
+                "filter",
+                "Filter",
+                &mut self.filter,
+                FILTERS,
+                "discs: two reads of levels filtered beforehand. as printed: nine reads on a circle, equations (8) and (11).",
             ),
         ]
     }
@@ -187,26 +217,20 @@ impl Method for Mipmap {
         let levels = self.levels(lens, nearest_px.abs().max(farthest_px.abs()));
         let levels = levels.min(levels_with_content(pinhole.color.size()));
         let grid = PyramidGrid::new(pinhole.color.size(), levels);
-        let uniforms = Uniforms { lens: view.lens_uniform(lens), params: self.uniform(view, lens, &grid) };
-
-        let pyramids = build_pyramids(frame, &pinhole, &grid, &uniforms);
-        let result = frame.color_texture("mipmap", view.size());
         let smoothing = self.smoothing && nearest_px < 0.0;
         if self.smoothing && !smoothing {
             frame.skip("no foreground: no smoothing");
         }
-        let entry = if smoothing { "interpolate_smoothed" } else { "interpolate_sharp" };
-        let mut pass = frame
-            .pass(&SHADER, entry)
-            .uniform("lens", &uniforms.lens)
-            .uniform("params", &uniforms.params)
-            .texture("color", &pinhole.color)
-            .texture("depth", &pinhole.depth)
-            .texture("color_pyramid", &pyramids.color)
-            .sampler("linear_clamp", SamplerKind::Linear)
-            .texture("result", &result);
-        pass = pass.texture("blur_pyramid", &pyramids.blur);
-        pass.dispatch(result.size());
+        let params = Params { smoothing: smoothing.into(), ..self.uniform(view, lens, &grid) };
+        let uniforms = Uniforms { lens: view.lens_uniform(lens), params };
+        let pyramids = build_pyramids(frame, &pinhole, &grid, &uniforms);
+        let result = frame.color_texture("mipmap", view.size());
+        let reading = Reading { pinhole: &pinhole, grid: &grid, uniforms: &uniforms, result: &result };
+        if self.filter == MipmapFilter::Discs as usize {
+            reading.through_discs(frame, &pyramids);
+        } else {
+            reading.as_printed(frame, &pyramids);
+        }
         Ok(result)
     }
 
@@ -248,6 +272,11 @@ impl Mipmap {
             padding: grid.padding.as_ivec2().to_array(),
             levels: grid.levels,
             overscan: view.overscan_px(),
+            smoothing: 0,
+            in_focus_coc_px: IN_FOCUS_COC_PX as f32,
+            unused: [0; 2],
+            disc_variance: array4(DISC_DIAMETERS.map(|diameter| disc_variance(diameter))),
+            discs: DISC_NEIGHBOURS.map(|(dx, dy)| array4(DISC_DIAMETERS.map(|d| disc_weight(d, dx, dy)))),
         }
     }
 }
@@ -312,4 +341,144 @@ fn build_pyramids(frame: &mut Frame<'_>, pinhole: &Layer, grid: &PyramidGrid, un
     frame.expose("colour pyramid", &color);
     frame.expose("CoC, DoB, DoN", &blur);
     Pyramids { color, blur }
+}
+
+/// Diameters, texels, of the discs that a level is filtered by: the first on the image only.
+const DISC_DIAMETERS: [f64; 3] = [2.0, 3.0, 3.0 * std::f64::consts::SQRT_2];
+
+/// Neighbours that the discs reach, up to symmetry: `discs` in `shaders/lib/mipmap.wgsl`.
+const DISC_NEIGHBOURS: [(u32, u32); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+fn array4(discs: [f64; 3]) -> [f32; 4] {
+    [discs[0] as f32, discs[1] as f32, discs[2] as f32, 0.0]
+}
+
+/// Share of a texel's neighbour in the disc around it.
+fn disc_weight(diameter: f64, dx: u32, dy: u32) -> f64 {
+    let circles = Circles::new(CircleSampling::default());
+    circles.coverage(0.5 * diameter, dx, dy) * circles.energy_per_coverage(0.5 * diameter)
+}
+
+/// Variance per axis, texel^2, of a disc drawn on texels.
+fn disc_variance(diameter: f64) -> f64 {
+    let weighted = |x: i32, y: i32| f64::from(x * x) * disc_weight(diameter, x.unsigned_abs(), y.unsigned_abs());
+    (-2..=2).flat_map(|y| (-2..=2).map(move |x| (x, y))).map(|(x, y)| weighted(x, y)).sum()
+}
+
+/// Classes of tiles, beside those in focus: constants in `shaders/methods/mipmap_read.wgsl`.
+#[derive(Clone, Copy)]
+enum Class {
+    /// Some blur is too narrow to be read from levels alone.
+    Near = 1,
+    /// All is read from levels.
+    Far = 2,
+    /// There is blurred foreground near by.
+    Smoothed = 3,
+}
+
+/// What tiles are blurred from.
+struct Blurred<'a> {
+    discs: &'a Texture,
+    /// Filtered (c, sigma, rho).
+    blur: &'a Texture,
+    /// Of each pixel, px^2.
+    variance: &'a Texture,
+}
+
+/// Steps 3 to 5: what pixels read of the pyramids.
+struct Reading<'a> {
+    pinhole: &'a Layer,
+    grid: &'a PyramidGrid,
+    uniforms: &'a Uniforms,
+    result: &'a Texture,
+}
+
+impl Reading<'_> {
+    /// Every pixel through the circular filter of the paper.
+    fn as_printed(&self, frame: &mut Frame<'_>, pyramids: &Pyramids) {
+        self.pass(frame, "blur_as_printed")
+            .texture("color", &self.pinhole.color)
+            .uniform("lens", &self.uniforms.lens)
+            .texture("depth", &self.pinhole.depth)
+            .texture("color_pyramid", &pyramids.color)
+            .texture("blur_pyramid", &pyramids.blur)
+            .sampler("linear_clamp", SamplerKind::Linear)
+            .texture("result", self.result)
+            .dispatch(self.result.size());
+    }
+
+    /// Tiles by what they need.
+    fn through_discs(&self, frame: &mut Frame<'_>, pyramids: &Pyramids) {
+        let (discs, blur) = self.filter_levels(frame, pyramids);
+        let size = self.result.size();
+        let variance = frame.texture("variance", size, wgpu::TextureFormat::R32Float);
+        let lists = TileLists::new(frame.gpu(), size);
+        let tiles = lists.tiles();
+        lists
+            .filled_by(self.pass(frame, "classify_tiles"))
+            .uniform("lens", &self.uniforms.lens)
+            .texture("depth", &self.pinhole.depth)
+            .texture("blur_pyramid", &blur)
+            .texture("new_variance", &variance)
+            .dispatch_groups(tiles.x.div_ceil(TILE_PX), tiles.y, 1);
+        lists.plan(frame);
+        lists.copy_in_focus(frame, &self.pinhole.color, self.uniforms.params.overscan, self.result);
+        let blurred = Blurred { discs: &discs, blur: &blur, variance: &variance };
+        self.blur_tiles(frame, &lists, &blurred);
+        if self.uniforms.params.smoothing != 0 {
+            let smoothed = TileLists::new(frame.gpu(), size);
+            let pass = self
+                .pass(frame, "smooth_tiles")
+                .uniform("lens", &self.uniforms.lens)
+                .texture("depth", &self.pinhole.depth)
+                .texture("blur_pyramid", &blur)
+                .sampler("linear_clamp", SamplerKind::Linear)
+                .texture("new_variance", &variance);
+            lists.dispatch(smoothed.filled_from_lists(pass), Class::Smoothed as u32);
+            smoothed.plan(frame);
+            self.blur_tiles(frame, &smoothed, &blurred);
+        }
+    }
+
+    /// The tiles that are listed as near or far.
+    fn blur_tiles(&self, frame: &mut Frame<'_>, lists: &TileLists, blurred: &Blurred<'_>) {
+        for (class, entry) in [(Class::Near, "blur_near"), (Class::Far, "blur_far")] {
+            let mut pass = self
+                .pass(frame, entry)
+                .texture("blur_pyramid", blurred.blur)
+                .texture("disc_pyramid", blurred.discs)
+                .texture("variance", blurred.variance)
+                .sampler("linear_clamp", SamplerKind::Linear)
+                .texture("result", self.result);
+            if let Class::Near = class {
+                pass = pass.texture("color", &self.pinhole.color);
+            }
+            lists.dispatch(pass, class as u32);
+        }
+    }
+
+    /// Every level through two discs, and its blur through the narrower.
+    fn filter_levels(&self, frame: &mut Frame<'_>, pyramids: &Pyramids) -> (Texture, Texture) {
+        let gpu = frame.gpu();
+        let color_key = TextureKey { layers: 2, ..self.grid.key(frame.precision.format()) };
+        let discs = gpu.texture_of("discs", color_key);
+        let blur = gpu.texture_of("filtered blur", self.grid.key(wgpu::TextureFormat::Rgba16Float));
+        for level in 0..self.grid.levels {
+            frame
+                .pass(&SHADER, "filter_level")
+                .label(format!("filter level {level}"))
+                .uniform("params", &self.uniforms.params)
+                .level("finer_color", &pyramids.color, level)
+                .level("finer_blur", &pyramids.blur, level)
+                .level("new_discs", &discs, level)
+                .level("new_blur", &blur, level)
+                .dispatch(blur.level_size(level));
+        }
+        (discs, blur)
+    }
+
+    /// A pass with the numbers that all of them need.
+    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str) -> Pass<'f, 'g> {
+        frame.pass(&READ, entry).uniform("params", &self.uniforms.params)
+    }
 }

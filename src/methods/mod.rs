@@ -80,11 +80,12 @@ mod separable;
 mod splat;
 pub mod sprites;
 mod subimages;
+pub mod tile_lists;
 
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use adaptive::Adaptive;
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
-pub use mipmap::{Mipmap, MipmapCalibration, MipmapInterpolation};
+pub use mipmap::{Mipmap, MipmapCalibration, MipmapFilter, MipmapInterpolation};
 pub use multiview::Multiview;
 pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};

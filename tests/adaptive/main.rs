@@ -73,7 +73,7 @@ fn find_tiles(method: &Adaptive, view: &mut View, lens: &Lens) -> FoundTiles {
     let (grid, tiles) = method.tiles(&mut frame, view, lens).unwrap();
     let marked = frame.read_buffer(&tiles.marked);
     let dilated = frame.read_buffer(&tiles.dilated);
-    let (lists, dispatches) = (frame.read_buffer(&tiles.lists), frame.read_buffer(&tiles.dispatches));
+    let (lists, dispatches) = (frame.read_buffer(&tiles.lists.lists), frame.read_buffer(&tiles.lists.dispatches));
     frame.finish();
     FoundTiles {
         grid,

@@ -5,8 +5,8 @@ use super::explain::explain;
 use super::tiles::Tiles;
 use super::views::Views;
 use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
+use crate::shader;
 use crate::view::Peeled;
-use crate::{shader, uniform};
 use glam::UVec2;
 
 const TRACE: Shader = shader!("methods/adaptive_trace");
@@ -15,12 +15,6 @@ const COMPOSITE: Shader = shader!("methods/adaptive_composite");
 
 /// Buckets of s: `BUCKETS` in `shaders/lib/layers.wgsl`.
 const BUCKETS: u32 = 5;
-
-uniform! {
-    struct Listed {
-        class_of: u32,
-    }
-}
 
 /// Classes of tiles, with their indices in lists and dispatches.
 #[derive(Clone, Copy)]
@@ -52,17 +46,16 @@ impl Rays<'_> {
         let glow = self.glow(frame);
         let result = frame.color_texture("adaptive", size);
         for class in [Class::Complex, Class::Uniform] {
-            self.pass(frame, &COMPOSITE, "composite", class)
+            let pass = self
+                .pass(frame, &COMPOSITE, "composite")
                 .buffer("tiles", &self.tiles.dilated)
                 .texture("buckets", &buckets)
                 .texture("glow", &glow)
-                .texture("result", &result)
-                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
+                .texture("result", &result);
+            self.tiles.lists.dispatch(pass, class as u32);
         }
-        self.pass(frame, &COMPOSITE, "copy_sharp", Class::Copy)
-            .texture("counts", &counts)
-            .texture("result", &result)
-            .dispatch_indirect(&self.tiles.dispatches, 0);
+        let pass = self.pass(frame, &COMPOSITE, "copy_sharp").texture("counts", &counts).texture("result", &result);
+        self.tiles.lists.dispatch(pass, Class::Copy as u32);
         if looked_at {
             explain(frame, &self.tiles.classes, &counts, &buckets);
         }
@@ -73,19 +66,20 @@ impl Rays<'_> {
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
         let points = frame.gpu().buffer_of("lens points", self.points);
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
-            let mut pass = self.pass(frame, &TRACE, entry, class);
+            let mut pass = self.pass(frame, &TRACE, entry);
             if let Class::Complex = class {
                 pass = pass
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
                     .texture("view_colors", &self.views.colors);
             }
-            pass.texture("radii", &self.tiles.radii)
+            let pass = pass
+                .texture("radii", &self.tiles.radii)
                 .sampler("linear_clamp", SamplerKind::Linear)
                 .buffer("lens_points", &points)
                 .texture("new_buckets", buckets)
-                .texture("counts", counts)
-                .dispatch_indirect(&self.tiles.dispatches, 16 * class as u64);
+                .texture("counts", counts);
+            self.tiles.lists.dispatch(pass, class as u32);
         }
     }
 
@@ -96,12 +90,9 @@ impl Rays<'_> {
             return frame.texture("no glow", UVec2::ONE, half);
         };
         let glow = frame.texture("glow", UVec2::from(self.adaptive.size), half);
-        frame
+        let pass = frame
             .pass(&GLOW, "add_glow")
             .uniform("adaptive", self.adaptive)
-            .uniform("listed", &Listed { class_of: Class::Complex as u32 })
-            .buffer("lists", &self.tiles.lists)
-            .buffer("dispatches", &self.tiles.dispatches)
             .buffer("tiles", &self.tiles.dilated)
             .uniform("highlights", &highlights.uniform)
             .buffer("emitter_lists", &highlights.lists)
@@ -109,20 +100,14 @@ impl Rays<'_> {
             .texture("aperture", &highlights.aperture)
             .texture("radii", &self.tiles.radii)
             .sampler("linear_clamp", SamplerKind::Linear)
-            .texture("new_glow", &glow)
-            .dispatch_indirect(&self.tiles.dispatches, 16 * Class::Complex as u64);
+            .texture("new_glow", &glow);
+        self.tiles.lists.dispatch(pass, Class::Complex as u32);
         frame.expose("glow of highlights", &glow);
         glow
     }
 
-    /// A pass over the listed tiles of a class, with what most of them bind.
-    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, shader: &Shader, entry: &str, class: Class) -> Pass<'f, 'g> {
-        frame
-            .pass(shader, entry)
-            .uniform("adaptive", self.adaptive)
-            .uniform("listed", &Listed { class_of: class as u32 })
-            .buffer("lists", &self.tiles.lists)
-            .buffer("dispatches", &self.tiles.dispatches)
-            .texture("colors", &self.peeled.color)
+    /// A pass over the tiles of a class, with what most of them bind.
+    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, shader: &Shader, entry: &str) -> Pass<'f, 'g> {
+        frame.pass(shader, entry).uniform("adaptive", self.adaptive).texture("colors", &self.peeled.color)
     }
 }

@@ -3,6 +3,8 @@
 //! A neighbouring tile's bin counts only if its blur reaches here; bins behind all that
 //! the pinhole sees within reach are dropped; what is left makes the tile's class.
 
+pub use super::super::tile_lists::TILE_PX;
+use super::super::tile_lists::TileLists;
 use super::AdaptiveUniform;
 use super::highlights::{self, Highlights};
 use crate::gpu::{Frame, Shader, Texture};
@@ -12,9 +14,6 @@ use crate::view::{Peeled, View};
 use glam::{DVec2, UVec2};
 
 const SHADER: Shader = shader!("methods/adaptive_tiles");
-
-/// Side of a tile, px: `TILE` in `shaders/lib/layers.wgsl`.
-pub const TILE_PX: u32 = 8;
 
 /// Bins of s: `BINS` in `shaders/lib/layers.wgsl`.
 pub const BINS: u32 = 64;
@@ -50,10 +49,8 @@ pub struct Tiles {
     pub marked: wgpu::Buffer,
     /// [`Tile`]s of the inner frame: what their rays can meet.
     pub dilated: wgpu::Buffer,
-    /// Inner tiles (x | y << 16) by class, each list as long as there are inner tiles.
-    pub lists: wgpu::Buffer,
-    /// By class: workgroups in x, y, z, and the list's length.
-    pub dispatches: wgpu::Buffer,
+    /// Inner tiles by class.
+    pub lists: TileLists,
     /// Class / 2 of each inner tile, to look at.
     pub classes: Texture,
     /// Where there is light far brighter than white.
@@ -130,8 +127,7 @@ pub(super) fn build(
         radii,
         marked,
         dilated: gpu.buffer("dilated tiles", bytes(adaptive.inner_tiles)),
-        lists: gpu.buffer("tile lists", 3 * 4 * count(adaptive.inner_tiles)),
-        dispatches: gpu.buffer("tile dispatches", 3 * 16),
+        lists: TileLists::new(gpu, view.size()),
         classes: frame.texture("tile class", inner, wgpu::TextureFormat::Rgba16Float),
         highlights,
     };
@@ -141,18 +137,17 @@ pub(super) fn build(
         .buffer("marked", &tiles.marked)
         .buffer("rows", &rows)
         .dispatch(outer);
-    frame
-        .pass(&SHADER, "classify_tiles")
+    tiles
+        .lists
+        .filled_by(frame.pass(&SHADER, "classify_tiles"))
         .uniform("adaptive", adaptive)
         .buffer("marked", &tiles.marked)
         .buffer("rows", &rows)
         .buffer("emitter_counts", &emitter_counts)
         .buffer("dilated", &tiles.dilated)
-        .buffer("lists", &tiles.lists)
-        .buffer("dispatches", &tiles.dispatches)
         .texture("classes", &tiles.classes)
         .dispatch(inner);
-    frame.pass(&SHADER, "plan_dispatches").buffer("dispatches", &tiles.dispatches).dispatch_groups(1, 1, 1);
+    tiles.lists.plan(frame);
     frame.expose("tile class: black copied, grey of one blur, white traced", &tiles.classes);
     tiles
 }

@@ -1,0 +1,121 @@
+// The lists of tiles that several methods share (src/methods/tile_lists.rs).
+//
+//   mark_reach       the widest blur in each tile of the outer frame
+//   spread_rows      the widest that reaches a tile from the left and the right
+//   list_by_focus    the same up and down; tiles by whether anything blurs them
+//   plan_dispatches  lengths of lists to grids of workgroups
+
+#import lens
+#import tile_lists
+
+struct Focus {
+    /// Tiles of the outer frame; tile `first_tile` holds the inner frame's first pixel.
+    tiles: vec2u,
+    first_tile: u32,
+    /// Overscan, px.
+    overscan: u32,
+    /// Greatest |v| of a lens point.
+    lens_radius: f32,
+    /// CoC diameter, px, below which a pixel is left as it is.
+    in_focus_coc_px: f32,
+    /// Tiles on every side whose blur may reach a tile.
+    reach: u32,
+    unused: u32,
+}
+
+@group(0) @binding(0) var<uniform> focus: Focus;
+@group(0) @binding(1) var<uniform> lens: Lens;
+@group(0) @binding(2) var depth: texture_2d<f32>;
+@group(0) @binding(3) var<storage, read_write> new_reach_px: array<f32>;
+@group(0) @binding(4) var<storage, read> reach_px: array<f32>;
+
+/// Classes of `list_by_focus`.
+const IN_FOCUS = 0u;
+const DEFOCUSED = 1u;
+
+/// Of the greatest |c| in the tile, its bits: floats that are not negative are ordered as
+/// their bits are.
+var<workgroup> greatest: atomic<u32>;
+
+@compute @workgroup_size(8, 8)
+fn mark_reach(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = vec2i(group.xy * TILE + local.xy + focus.overscan) - i32(focus.first_tile * TILE);
+    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth))) {
+        let c = abs(coc_diameter_px(lens, textureLoad(depth, at, 0).r));
+        atomicMax(&greatest, bitcast<u32>(c));
+    }
+    workgroupBarrier();
+    if index == 0u {
+        let c = bitcast<f32>(atomicLoad(&greatest));
+        // What is in focus reaches nothing, itself included.
+        let reach = select(0.5 * c * focus.lens_radius + 1.0, 0.0, c <= focus.in_focus_coc_px);
+        new_reach_px[group.y * focus.tiles.x + group.x] = reach;
+    }
+}
+
+/// Of the reach of a tile what arrives `tiles` tiles away: all or nothing. From the last
+/// pixel of a tile to the first of another there are 8 (tiles - 1) + 1 px.
+fn arriving(reach: f32, tiles: u32) -> f32 {
+    return select(0.0, reach, tiles == 0u || reach >= f32(TILE * (tiles - 1u)) + 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn spread_rows(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= focus.tiles) {
+        return;
+    }
+    var widest = 0.0;
+    let last = min(id.x + focus.reach, focus.tiles.x - 1u);
+    for (var x = max(id.x, focus.reach) - focus.reach; x <= last; x++) {
+        widest = max(widest, arriving(reach_px[id.y * focus.tiles.x + x], max(x, id.x) - min(x, id.x)));
+    }
+    new_reach_px[id.y * focus.tiles.x + id.x] = widest;
+}
+
+@compute @workgroup_size(8, 8)
+fn list_by_focus(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= listed.tiles) {
+        return;
+    }
+    let at = id.xy + focus.first_tile;
+    var widest = 0.0;
+    let last = min(at.y + focus.reach, focus.tiles.y - 1u);
+    for (var y = max(at.y, focus.reach) - focus.reach; y <= last; y++) {
+        widest = max(widest, arriving(reach_px[y * focus.tiles.x + at.x], max(y, at.y) - min(y, at.y)));
+    }
+    list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, widest > 0.0));
+}
+
+/// Workgroups along x: what every adapter allows.
+const MAX_GROUPS = 65535u;
+
+@compute @workgroup_size(1)
+fn plan_dispatches() {
+    for (var i = 0u; i < CLASSES; i++) {
+        let length = atomicLoad(&new_dispatches[4u * i + 3u]);
+        atomicStore(&new_dispatches[4u * i], min(length, MAX_GROUPS));
+        atomicStore(&new_dispatches[4u * i + 1u], (length + MAX_GROUPS - 1u) / MAX_GROUPS);
+        atomicStore(&new_dispatches[4u * i + 2u], 1u);
+    }
+}
+
+// ---- tiles that are left as they are ----
+
+@group(0) @binding(5) var color: texture_2d<f32>;
+@group(0) @binding(6) var result: texture_storage_2d<COLOR_FORMAT, write>;
+
+@compute @workgroup_size(8, 8)
+fn copy_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let tile = listed_tile(group);
+    if !is_tile(tile) {
+        return;
+    }
+    let at = tile * TILE + local.xy;
+    if all(at < textureDimensions(result)) {
+        textureStore(result, at, textureLoad(color, at + focus.overscan, 0));
+    }
+}

@@ -1,0 +1,159 @@
+//! Lists of 8x8 tiles by class, so that a pass runs where a picture needs it: counts and
+//! lists are made and read by the GPU, by indirect dispatch, and never come back.
+//!
+//! A method lists tiles by a pass of its own (`list_tile` of `shaders/lib/tile_lists.wgsl`)
+//! or by [`TileLists::of_focus`], then dispatches one workgroup for each tile of a class.
+
+use super::IN_FOCUS_COC_PX;
+use crate::gpu::{Frame, Gpu, Pass, Shader, Texture};
+use crate::lens::Lens;
+use crate::view::View;
+use crate::{shader, uniform};
+use glam::UVec2;
+
+const SHADER: Shader = shader!("methods/tile_lists");
+
+/// Side of a tile, px: `TILE` in the shaders.
+pub const TILE_PX: u32 = 8;
+
+/// Classes that can be told apart: `CLASSES` in the shaders.
+const CLASSES: u64 = 4;
+
+/// Bytes of a class's workgroups x, y, z and list length.
+const DISPATCH_BYTES: u64 = 16;
+
+/// Class of tiles whose pixels are those of the pinhole image.
+pub const IN_FOCUS: u32 = 0;
+
+/// Class of tiles that are blurred or that blur reaches, in [`TileLists::of_focus`].
+pub const DEFOCUSED: u32 = 1;
+
+uniform! {
+    struct Listed {
+        tiles: [u32; 2],
+        class_of: u32,
+        unused: u32,
+    }
+}
+
+uniform! {
+    struct Focus {
+        tiles: [u32; 2],
+        first_tile: u32,
+        overscan: u32,
+        lens_radius: f32,
+        in_focus_coc_px: f32,
+        reach: u32,
+        unused: u32,
+    }
+}
+
+/// Lists of the tiles of an inner frame.
+pub struct TileLists {
+    tiles: UVec2,
+    /// Tiles (x | y << 16), each class's list as long as there are tiles.
+    pub lists: wgpu::Buffer,
+    /// By class: workgroups in x, y, z, and the list's length.
+    pub dispatches: wgpu::Buffer,
+}
+
+impl TileLists {
+    /// Empty lists of the tiles of an inner frame of `size` px.
+    pub fn new(gpu: &Gpu, size: UVec2) -> Self {
+        let tiles = size.map(|side| side.div_ceil(TILE_PX));
+        let bytes = 4 * CLASSES * u64::from(tiles.x) * u64::from(tiles.y);
+        Self {
+            tiles,
+            lists: gpu.buffer("tile lists", bytes),
+            dispatches: gpu.buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
+        }
+    }
+
+    /// Tiles along x and y.
+    pub fn tiles(&self) -> UVec2 {
+        self.tiles
+    }
+
+    /// Binds the lists to a pass that fills them.
+    pub fn filled_by<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
+        self.filled_from_lists(pass).uniform("listed", &self.listed(0))
+    }
+
+    /// Binds the lists to a pass that fills them and is itself dispatched by others.
+    pub fn filled_from_lists<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
+        pass.buffer("new_lists", &self.lists).buffer("new_dispatches", &self.dispatches)
+    }
+
+    /// Makes grids of workgroups from lists that are filled.
+    pub fn plan(&self, frame: &mut Frame<'_>) {
+        frame.pass(&SHADER, "plan_dispatches").buffer("new_dispatches", &self.dispatches).dispatch_groups(1, 1, 1);
+    }
+
+    /// Runs `pass` with one workgroup for each tile of `class`.
+    pub fn dispatch(&self, pass: Pass<'_, '_>, class: u32) {
+        pass.uniform("listed", &self.listed(class))
+            .buffer("lists", &self.lists)
+            .buffer("dispatches", &self.dispatches)
+            .dispatch_indirect(&self.dispatches, DISPATCH_BYTES * u64::from(class));
+    }
+
+    fn listed(&self, class_of: u32) -> Listed {
+        Listed { tiles: self.tiles.to_array(), class_of, unused: 0 }
+    }
+
+    /// The tiles of `view` by whether anything in them, or that reaches them, is out of
+    /// focus through `lens`: [`IN_FOCUS`] or [`DEFOCUSED`].
+    pub fn of_focus(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
+        let lists = Self::new(frame.gpu(), view.size());
+        let first_tile = view.overscan_px().div_ceil(TILE_PX);
+        let outer = lists.tiles + 2 * first_tile;
+        let [near_px, far_px] = view.coc_bounds_px(frame, lens);
+        let lens_radius = lens.aperture.radius();
+        let reach_px = 0.5 * near_px.abs().max(far_px.abs()) * lens_radius + 1.0;
+        let focus = Focus {
+            tiles: outer.to_array(),
+            first_tile,
+            overscan: view.overscan_px(),
+            lens_radius: lens_radius as f32,
+            in_focus_coc_px: IN_FOCUS_COC_PX as f32,
+            // No tile is farther away than the frame is wide.
+            reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
+            unused: 0,
+        };
+        let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
+        let [marked, rows] = ["marked reach", "reach along rows"].map(|label| frame.gpu().buffer(label, bytes));
+        let depth = view.pinhole(frame).depth;
+        frame
+            .pass(&SHADER, "mark_reach")
+            .uniform("focus", &focus)
+            .uniform("lens", &view.lens_uniform(lens))
+            .texture("depth", &depth)
+            .buffer("new_reach_px", &marked)
+            .dispatch_groups(outer.x, outer.y, 1);
+        frame
+            .pass(&SHADER, "spread_rows")
+            .uniform("focus", &focus)
+            .buffer("reach_px", &marked)
+            .buffer("new_reach_px", &rows)
+            .dispatch(outer);
+        lists
+            .filled_by(frame.pass(&SHADER, "list_by_focus"))
+            .uniform("focus", &focus)
+            .buffer("reach_px", &rows)
+            .dispatch(lists.tiles);
+        lists.plan(frame);
+        lists
+    }
+
+    /// Copies the image, whose margin is `overscan` px, to `result` in the tiles of class
+    /// [`IN_FOCUS`].
+    pub fn copy_in_focus(&self, frame: &mut Frame<'_>, color: &Texture, overscan: u32, result: &Texture) {
+        let focus = Focus { overscan, ..bytemuck::Zeroable::zeroed() };
+        let pass = frame
+            .pass(&SHADER, "copy_tiles")
+            .uniform("focus", &focus)
+            .texture("color", color)
+            .texture("result", result);
+        self.dispatch(pass, IN_FOCUS);
+    }
+}
