@@ -23,6 +23,9 @@ const APRON_SIDE = 12u;
 /// Buckets of the tile and its surroundings; all zero beyond the frame.
 var<workgroup> apron: array<array<vec4f, BUCKETS>, APRON_SIDE * APRON_SIDE>;
 
+/// Buckets that any of these has something in, a bit each: the others need no filter.
+var<workgroup> occupied: atomic<u32>;
+
 fn load_apron(tile: vec2u, i: u32) {
     let at = vec2i(tile * TILE) + vec2i(vec2u(i % APRON_SIDE, i / APRON_SIDE)) - 2;
     for (var b = 0u; b < BUCKETS; b++) {
@@ -33,11 +36,16 @@ fn load_apron(tile: vec2u, i: u32) {
     }
     if tile_at(vec2u(at) / TILE).class_of == COPY {
         apron[i][SHARP] = vec4f(pinhole_color(vec2u(at)), 1.0);
+        atomicOr(&occupied, 1u << SHARP);
         return;
     }
+    var found = 0u;
     for (var b = 0u; b < BUCKETS; b++) {
-        apron[i][b] = textureLoad(buckets, at, b, 0);
+        let hit = textureLoad(buckets, at, b, 0);
+        apron[i][b] = hit;
+        found |= u32(hit.w > 0.0) << b;
     }
+    atomicOr(&occupied, found);
 }
 
 @compute @workgroup_size(8, 8)
@@ -57,22 +65,28 @@ fn composite(
     if any(pixel >= adaptive.size) {
         return;
     }
+    let found = atomicLoad(&occupied);
+    let first = countTrailingZeros(found);
+    let end = 32u - countLeadingZeros(found);
+    // The outermost buckets are filtered over 5x5 pixels, their neighbours over 3x3.
+    let reach = select(select(1u, 0u, found == 1u << SHARP), 2u, first == 0u || end == BUCKETS);
+    let side = 2u * reach + 1u;
     // Per bucket, what hits it and what is left to hit it, both filtered.
     var filtered: array<vec4f, BUCKETS>;
     var remaining: array<f32, BUCKETS>;
-    for (var i = 0u; i < 25u; i++) {
-        let offset = vec2u(i % 5u, i / 5u);
+    for (var i = 0u; i < side * side; i++) {
+        let offset = vec2u(i % side, i / side) + 2u - reach;
         let from_centre = abs(vec2f(offset) - 2.0);
         let narrow = max(vec2f(0.0), 1.0 - 0.5 * from_centre) * vec2f(from_centre < vec2f(1.5));
         let wide = min(vec2f(1.0), 1.5 - 0.5 * from_centre);
-        let weights = vec3f(wide.x * wide.y, narrow.x * narrow.y, f32(i == 12u));
+        let weights = vec3f(wide.x * wide.y, narrow.x * narrow.y, f32(all(offset == vec2u(2u))));
         let texel = (local.y + offset.y) * APRON_SIDE + local.x + offset.x;
         // Beyond the frame nothing was traced, and nothing remains.
         var rest = 0.0;
-        for (var b = 0u; b < BUCKETS; b++) {
+        for (var b = first; b < end; b++) {
             rest += apron[texel][b].w;
         }
-        for (var b = 0u; b < BUCKETS; b++) {
+        for (var b = first; b < end; b++) {
             let hit = apron[texel][b];
             let weight = weights[min(b, BUCKETS - 1u - b)];
             filtered[b] += weight * hit;
@@ -82,7 +96,7 @@ fn composite(
     }
     var color = vec3f(0.0);
     var transmitted = 1.0;
-    for (var b = 0u; b < BUCKETS; b++) {
+    for (var b = first; b < end; b++) {
         // Weights are f16: less than this is a rounding of 1.
         if remaining[b] > 2e-3 {
             color += transmitted * filtered[b].rgb / remaining[b];

@@ -18,14 +18,17 @@
 @group(0) @binding(10) var<storage, read> emitter_counts: array<u32>;
 @group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
 
-var<workgroup> bins_low: atomic<u32>;
-var<workgroup> bins_high: atomic<u32>;
-var<workgroup> farthest: atomic<u32>;
-var<workgroup> hidden: atomic<u32>;
-var<workgroup> hidden_by_front: atomic<u32>;
+// Of each tile in a row of eight.
+var<workgroup> bins_low: array<atomic<u32>, 8>;
+var<workgroup> bins_high: array<atomic<u32>, 8>;
+var<workgroup> farthest: array<atomic<u32>, 8>;
+var<workgroup> hidden: array<atomic<u32>, 8>;
+var<workgroup> hidden_by_front: array<atomic<u32>, 8>;
 
-/// Packs the radii of all layers at a texel and marks their bins.
-fn mark_texel(at: vec2u) {
+/// What a column of texels adds to its tile: `marked` with the bins of all layers at a
+/// texel, whose radii are packed.
+fn mark_texel(at: vec2u, marked: Tile) -> Tile {
+    var tile = marked;
     var s = vec4f(EMPTY_S);
     for (var k = 0u; k < adaptive.layers; k++) {
         let z = textureLoad(depth, at, k, 0).r;
@@ -34,22 +37,16 @@ fn mark_texel(at: vec2u) {
         }
         s[k] = clamp(0.5 * coc_diameter_px(lens, z), adaptive.nearest_s, adaptive.farthest_s);
         let bin = bin_of(adaptive, s[k]);
-        if bin < 32u {
-            atomicOr(&bins_low, 1u << bin);
-        } else {
-            atomicOr(&bins_high, 1u << (bin - 32u));
-        }
+        tile.low |= select(0u, 1u << (bin & 31u), bin < 32u);
+        tile.high |= select(0u, 1u << (bin & 31u), bin >= 32u);
         if k == 0u {
-            atomicMax(&farthest, bin);
+            tile.farthest = max(tile.farthest, bin);
         } else if k == 1u {
-            atomicMax(&hidden, bin);
+            tile.hidden = max(tile.hidden, bin);
         }
     }
     textureStore(radii, at, s);
-}
-
-fn fine_texel(pixel: vec2i, i: u32) -> vec2u {
-    return vec2u(pixel) * adaptive.fineness + vec2u(i % adaptive.fineness, i / adaptive.fineness);
+    return tile;
 }
 
 /// The bin of one layer at a texel; BINS for none.
@@ -58,42 +55,67 @@ fn bin_at(at: vec2u, layer: u32) -> u32 {
     return select(bin_of(adaptive, 0.5 * coc_diameter_px(lens, z)), BINS, z < 0.0);
 }
 
-/// Marks what lies behind a texel that is itself in front of others in the tile.
-fn mark_hidden(at: vec2u, back: u32) {
+/// The bin of what lies behind a texel that is itself in front of others in the tile; 0 for
+/// none.
+fn hidden_at(at: vec2u, back: u32) -> u32 {
     let second = bin_at(at, 1u);
-    if second < BINS && in_front(adaptive, bin_at(at, 0u), back) {
-        atomicMax(&hidden_by_front, second);
-    }
+    return select(0u, second, second < BINS && in_front(adaptive, bin_at(at, 0u), back));
 }
 
+/// Texels of the part of a column of pixels that lies in the layers; `first` is its top left
+/// texel.
+struct Column {
+    first: vec2i,
+    rows: u32,
+}
+
+fn texel_of(column: Column, i: u32) -> vec2i {
+    return column.first + vec2i(vec2u(i % adaptive.fineness, i / adaptive.fineness));
+}
+
+fn is_texel(at: vec2i) -> bool {
+    return all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth)));
+}
+
+/// Each row of invocations looks at one tile, a column of pixels each: what they find is
+/// merged once for each column.
 @compute @workgroup_size(8, 8)
-fn mark_tiles(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(local_invocation_id) local: vec3u,
-    @builtin(local_invocation_index) index: u32,
-) {
-    let at = vec2i(group.xy * TILE + local.xy + adaptive.overscan) - i32(adaptive.first_tile * TILE);
-    let inside = all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth) / adaptive.fineness));
-    let texels = select(0u, adaptive.fineness * adaptive.fineness, inside);
+fn mark_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let place = vec2u(TILE * group.x + local.y, group.y);
+    let pixel = vec2i(place * TILE + vec2u(local.x, 0u) + adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let column = Column(pixel * i32(adaptive.fineness), TILE * adaptive.fineness);
+    let texels = select(0u, column.rows * adaptive.fineness, all(place < adaptive.tiles));
+    var found = Tile();
     for (var i = 0u; i < texels; i++) {
-        mark_texel(fine_texel(at, i));
-    }
-    workgroupBarrier();
-    if adaptive.layers > 1u {
-        let back = atomicLoad(&farthest);
-        for (var i = 0u; i < texels; i++) {
-            mark_hidden(fine_texel(at, i), back);
+        let at = texel_of(column, i);
+        if is_texel(at) {
+            found = mark_texel(vec2u(at), found);
         }
     }
+    atomicOr(&bins_low[local.y], found.low);
+    atomicOr(&bins_high[local.y], found.high);
+    atomicMax(&farthest[local.y], found.farthest);
+    atomicMax(&hidden[local.y], found.hidden);
     workgroupBarrier();
-    if index == 0u && all(group.xy < adaptive.tiles) {
+    if adaptive.layers > 1u {
+        let back = atomicLoad(&farthest[local.y]);
+        for (var i = 0u; i < texels; i++) {
+            let at = texel_of(column, i);
+            if is_texel(at) {
+                found.hidden_by_front = max(found.hidden_by_front, hidden_at(vec2u(at), back));
+            }
+        }
+        atomicMax(&hidden_by_front[local.y], found.hidden_by_front);
+    }
+    workgroupBarrier();
+    if local.x == 0u && all(place < adaptive.tiles) {
         var tile = Tile();
-        tile.low = atomicLoad(&bins_low);
-        tile.high = atomicLoad(&bins_high);
-        tile.farthest = atomicLoad(&farthest);
-        tile.hidden = atomicLoad(&hidden);
-        tile.hidden_by_front = atomicLoad(&hidden_by_front);
-        marked[group.y * adaptive.tiles.x + group.x] = tile;
+        tile.low = atomicLoad(&bins_low[local.y]);
+        tile.high = atomicLoad(&bins_high[local.y]);
+        tile.farthest = atomicLoad(&farthest[local.y]);
+        tile.hidden = atomicLoad(&hidden[local.y]);
+        tile.hidden_by_front = atomicLoad(&hidden_by_front[local.y]);
+        marked[place.y * adaptive.tiles.x + place.x] = tile;
     }
 }
 

@@ -16,6 +16,7 @@
 
 #import lens
 #import shading
+#import tile_lists
 
 struct Params {
     /// For each slab: side of the square that its rays cross around a pixel, and of the
@@ -271,11 +272,13 @@ fn hash(x: u32) -> u32 {
 }
 
 @compute @workgroup_size(8, 8)
-fn trace_lens(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(result)) {
+fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let tile = listed_tile(group);
+    let id = tile * TILE + local.xy;
+    if !is_tile(tile) || any(id >= textureDimensions(result)) {
         return;
     }
-    let pixel = params.origin + vec2f(id.xy) + 0.5;
+    let pixel = params.origin + vec2f(id) + 0.5;
     var slabs = 0u;
     for (var i = 0u; i < params.slab_count; i++) {
         if may_hit(vec2i(pixel), i) {
@@ -298,5 +301,5 @@ fn trace_lens(@builtin(global_invocation_id) id: vec3u) {
     if sum.a < 1e-3 {
         color = textureLoad(pinhole, vec2i(pixel - params.frame_low), 0).rgb;
     }
-    textureStore(result, id.xy, vec4f(color, 1.0));
+    textureStore(result, id, vec4f(color, 1.0));
 }

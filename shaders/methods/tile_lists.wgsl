@@ -33,27 +33,29 @@ struct Focus {
 const IN_FOCUS = 0u;
 const DEFOCUSED = 1u;
 
-/// Of the greatest |c| in the tile, its bits: floats that are not negative are ordered as
-/// their bits are.
-var<workgroup> greatest: atomic<u32>;
+/// Of the greatest |c| of each tile in a row of eight, its bits: floats that are not
+/// negative are ordered as their bits are.
+var<workgroup> greatest: array<atomic<u32>, 8>;
 
+/// Each row of invocations looks at one tile, a column of pixels each.
 @compute @workgroup_size(8, 8)
-fn mark_reach(
-    @builtin(workgroup_id) group: vec3u,
-    @builtin(local_invocation_id) local: vec3u,
-    @builtin(local_invocation_index) index: u32,
-) {
-    let at = vec2i(group.xy * TILE + local.xy + focus.overscan) - i32(focus.first_tile * TILE);
-    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth))) {
-        let c = abs(coc_diameter_px(lens, textureLoad(depth, at, 0).r));
-        atomicMax(&greatest, bitcast<u32>(c));
+fn mark_reach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let tile = vec2u(TILE * group.x + local.y, group.y);
+    let first = vec2i(tile * TILE + vec2u(local.x, 0u) + focus.overscan) - i32(focus.first_tile * TILE);
+    var c = 0.0;
+    for (var y = 0; y < i32(TILE); y++) {
+        let at = first + vec2i(0, y);
+        if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth))) {
+            c = max(c, abs(coc_diameter_px(lens, textureLoad(depth, at, 0).r)));
+        }
     }
+    atomicMax(&greatest[local.y], bitcast<u32>(c));
     workgroupBarrier();
-    if index == 0u {
-        let c = bitcast<f32>(atomicLoad(&greatest));
+    if local.x == 0u && all(tile < focus.tiles) {
+        let widest = bitcast<f32>(atomicLoad(&greatest[local.y]));
         // What is in focus reaches nothing, itself included.
-        let reach = select(0.5 * c * focus.lens_radius + 1.0, 0.0, c <= focus.in_focus_coc_px);
-        new_reach_px[group.y * focus.tiles.x + group.x] = reach;
+        let reach = select(0.5 * widest * focus.lens_radius + 1.0, 0.0, widest <= focus.in_focus_coc_px);
+        new_reach_px[tile.y * focus.tiles.x + tile.x] = reach;
     }
 }
 

@@ -9,7 +9,7 @@ use anyhow::{Context, ensure};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
 use defocus::image::Image;
 use defocus::image_io::{write_atomically, write_exr, write_png_rgb};
-use defocus::methods::{Method, set_param};
+use defocus::methods::Method;
 use defocus::study::cache::cached_reference;
 use defocus::study::compare::{CompareRequest, compare, runnable};
 use defocus::study::reference::{Reference, ReferenceRequest};
@@ -27,12 +27,8 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     check_json(args.run.json.json.as_ref())?;
     args.output.as_deref().map_or(Ok(()), check_target)?;
     let mut methods = select::methods(&args.methods)?;
+    select::shade_by_view(args.view.view_dependent, &mut methods)?;
     select::apply(&args.view.settings, &mut methods)?;
-    if args.view.view_dependent {
-        for method in methods.iter_mut().filter(|m| select::has_param(m.as_ref(), "view_dependent")) {
-            set_param(method.as_mut(), "view_dependent", "on")?;
-        }
-    }
     let reference = args.reference.as_deref().map(Reference::by_id).transpose()?;
 
     let mut setup = Setup::new(&SetupOptions {

@@ -59,6 +59,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
 /// The method with its parameters set.
 fn chosen(args: &RenderArgs) -> anyhow::Result<Box<dyn Method>> {
     let mut chosen = [methods::by_id(&args.method)?];
+    select::shade_by_view(args.view.view_dependent, &mut chosen)?;
     select::apply(&args.view.settings, &mut chosen)?;
     let [mut method] = chosen;
     if let Some(samples) = args.samples {
@@ -68,9 +69,6 @@ fn chosen(args: &RenderArgs) -> anyhow::Result<Box<dyn Method>> {
             args.method
         );
         set_param(method.as_mut(), "samples", &samples.to_string())?;
-    }
-    if args.view.view_dependent && select::has_param(method.as_ref(), "view_dependent") {
-        set_param(method.as_mut(), "view_dependent", "on")?;
     }
     Ok(method)
 }

@@ -17,6 +17,15 @@ pub fn methods(list: &str) -> anyhow::Result<Vec<Box<dyn Method>>> {
     Ok(chosen)
 }
 
+/// Has every method that can shade from each point of the lens do so, if `wanted`; before
+/// [`apply`], so that `--set multiview.view_dependent=off` has the last word.
+pub fn shade_by_view(wanted: bool, methods: &mut [Box<dyn Method>]) -> anyhow::Result<()> {
+    for method in methods.iter_mut().filter(|m| wanted && has_param(m.as_ref(), "view_dependent")) {
+        set_param(method.as_mut(), "view_dependent", "on")?;
+    }
+    Ok(())
+}
+
 /// Applies every `--set [ID.]KEY=VALUE`; without an id to all methods that have the key.
 pub fn apply(settings: &[String], methods: &mut [Box<dyn Method>]) -> anyhow::Result<()> {
     for setting in settings {

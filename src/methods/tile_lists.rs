@@ -4,7 +4,6 @@
 //! A method lists tiles by a pass of its own (`list_tile` of `shaders/lib/tile_lists.wgsl`)
 //! or by [`TileLists::of_focus`], then dispatches one workgroup for each tile of a class.
 
-use super::IN_FOCUS_COC_PX;
 use crate::gpu::{Frame, Gpu, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::View;
@@ -101,9 +100,9 @@ impl TileLists {
         Listed { tiles: self.tiles.to_array(), class_of, unused: 0 }
     }
 
-    /// The tiles of `view` by whether anything in them, or that reaches them, is out of
-    /// focus through `lens`: [`IN_FOCUS`] or [`DEFOCUSED`].
-    pub fn of_focus(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
+    /// The tiles of `view` by whether anything in them, or that reaches them, has a CoC
+    /// through `lens` wider than `in_focus_coc_px`: [`IN_FOCUS`] or [`DEFOCUSED`].
+    pub fn of_focus(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, in_focus_coc_px: f64) -> Self {
         let lists = Self::new(frame.gpu(), view.size());
         let first_tile = view.overscan_px().div_ceil(TILE_PX);
         let outer = lists.tiles + 2 * first_tile;
@@ -115,7 +114,7 @@ impl TileLists {
             first_tile,
             overscan: view.overscan_px(),
             lens_radius: lens_radius as f32,
-            in_focus_coc_px: IN_FOCUS_COC_PX as f32,
+            in_focus_coc_px: in_focus_coc_px as f32,
             // No tile is farther away than the frame is wide.
             reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
             unused: 0,
@@ -129,7 +128,7 @@ impl TileLists {
             .uniform("lens", &view.lens_uniform(lens))
             .texture("depth", &depth)
             .buffer("new_reach_px", &marked)
-            .dispatch_groups(outer.x, outer.y, 1);
+            .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
         frame
             .pass(&SHADER, "spread_rows")
             .uniform("focus", &focus)

@@ -113,7 +113,7 @@ pub(super) fn build(
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)
         .buffer("marked", &marked)
-        .dispatch_groups(outer.x, outer.y, 1);
+        .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
     let lens_uniform = view.lens_uniform(lens);
     let highlights = peeled
         .lights

@@ -19,7 +19,8 @@ mod slabs;
 
 pub use slabs::{SlabRange, slab_ranges};
 
-use super::{About, Apertures, Method, MethodError, Param};
+use super::tile_lists::{DEFOCUSED, TileLists};
+use super::{About, Apertures, IN_FOCUS_COC_PX, Method, MethodError, Param};
 use crate::gpu::{Frame, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{EnvironmentUniform, View};
@@ -205,13 +206,17 @@ impl Method for Multiview {
         let lens_points = frame.gpu().buffer_of("lens points", &points.v);
         // Without shading nothing reads these, but they are bound.
         let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
+        // Rays that shade see reflections move where all else is in focus.
+        let in_focus_coc_px = if self.shades(view) { -1.0 } else { IN_FOCUS_COC_PX };
+        let tiles = TileLists::of_focus(frame, view, lens, in_focus_coc_px);
+        tiles.copy_in_focus(frame, &pinhole.color, view.overscan_px(), &result);
         let shading = if self.shades(view) { Some(view.shading()?) } else { None };
         let (environment, lights) = shading.map_or_else(
             || (EnvironmentUniform::default(), frame.gpu().buffer("no lights", size_of::<[f32; 16]>() as u64)),
             |s| (s.environment, s.lights),
         );
-        frame
-            .pass(&SHADER, "trace_lens")
+        let pass = frame
+            .pass(&SHADER, "trace_tiles")
             .uniform("lens", &view.lens_uniform(lens))
             .uniform("params", &params)
             .texture("slab_color", &slabs.color)
@@ -225,8 +230,8 @@ impl Method for Multiview {
             .uniform("environment", &environment)
             .buffer("lights", &lights)
             .texture("pinhole", &pinhole.color)
-            .texture("result", &result)
-            .dispatch(result.size());
+            .texture("result", &result);
+        tiles.dispatch(pass, DEFOCUSED);
         Ok(result)
     }
 
