@@ -13,6 +13,7 @@
 
 #import mipmap
 #import sampling
+#import tile_lists
 
 @group(0) @binding(2) var color: texture_2d<f32>;
 @group(0) @binding(3) var depth: texture_2d<f32>;
@@ -23,6 +24,7 @@
 /// Colour through the narrow and the wide disc.
 @group(0) @binding(8) var new_discs: texture_storage_2d_array<COLOR_FORMAT, write>;
 @group(0) @binding(9) var new_blur: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(10) var linear_clamp: sampler;
 
 struct Texel {
     color: vec3f,
@@ -81,28 +83,69 @@ fn store(at: vec2u, texel: Texel) {
     textureStore(coarser_blur, at, vec4f(texel.blur, 0.0));
 }
 
-@compute @workgroup_size(8, 8)
-fn reduce_image(@builtin(global_invocation_id) id: vec3u) {
-    var texels: array<Texel, 16>;
-    for (var i = 0; i < 16; i++) {
-        texels[i] = level_0(2 * vec2i(id.xy) + vec2i(i % 4, i / 4) - 1);
-    }
-    store(id.xy, reduce(&texels));
+/// The texel of an invocation; beyond the image in blocks that reach over its border, where
+/// nothing is stored.
+fn listed_texel(group: vec3u, local: vec3u) -> vec2u {
+    return listed_tile(group) * TILE + local.xy;
 }
 
 @compute @workgroup_size(8, 8)
-fn reduce_level(@builtin(global_invocation_id) id: vec3u) {
+fn reduce_image(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
     var texels: array<Texel, 16>;
     for (var i = 0; i < 16; i++) {
-        texels[i] = level_n(2 * vec2i(id.xy) + vec2i(i % 4, i / 4) - 1);
+        texels[i] = level_0(2 * vec2i(id) + vec2i(i % 4, i / 4) - 1);
     }
-    store(id.xy, reduce(&texels));
+    store(id, reduce(&texels));
+}
+
+@compute @workgroup_size(8, 8)
+fn reduce_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
+    var texels: array<Texel, 16>;
+    for (var i = 0; i < 16; i++) {
+        texels[i] = level_n(2 * vec2i(id) + vec2i(i % 4, i / 4) - 1);
+    }
+    store(id, reduce(&texels));
+}
+
+// Where everything around is in focus, hardly anything reads the levels: one read will do.
+
+fn mean_of_four(image: texture_2d<f32>, corner: vec2f) -> Texel {
+    let uv = corner / vec2f(textureDimensions(image));
+    return Texel(textureSampleLevel(image, linear_clamp, uv, 0.0).rgb, vec3f(0.0));
+}
+
+@compute @workgroup_size(8, 8)
+fn halve_image(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
+    store(id, mean_of_four(color, vec2f(2 * vec2i(id) + 1 - params.padding)));
+}
+
+@compute @workgroup_size(8, 8)
+fn halve_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
+    store(id, mean_of_four(finer_color, vec2f(2u * id + 1u)));
+}
+
+@compute @workgroup_size(8, 8)
+fn keep_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
+    let texel = level_n(vec2i(id));
+    store_filtered(id, texel.color, texel.color, texel.blur);
+}
+
+fn store_filtered(at: vec2u, narrow: vec3f, wide: vec3f, blur: vec3f) {
+    textureStore(new_discs, at, 0, vec4f(narrow, 1.0));
+    textureStore(new_discs, at, 1, vec4f(wide, 1.0));
+    textureStore(new_blur, at, vec4f(blur, 0.0));
 }
 
 /// Texels of one level through the narrow and the wide disc, and their blur through the
 /// narrow one: read between texels, that is the image through discs of all diameters.
 @compute @workgroup_size(8, 8)
-fn filter_level(@builtin(global_invocation_id) id: vec3u) {
+fn filter_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
+    let id = listed_texel(group, local);
     var narrow = vec3f(0.0);
     var wide = vec3f(0.0);
     var blur = vec3f(0.0);
@@ -110,7 +153,7 @@ fn filter_level(@builtin(global_invocation_id) id: vec3u) {
     for (var i = 0u; i < NEIGHBOURS; i++) {
         let w = disc_weights(i);
         if w.z > 0.0 {
-            let c = textureLoad(finer_color, clamp_to_image(vec2i(id.xy) + neighbour(i), size), 0).rgb;
+            let c = textureLoad(finer_color, clamp_to_image(vec2i(id) + neighbour(i), size), 0).rgb;
             narrow += w.y * c;
             wide += w.z * c;
         }
@@ -119,10 +162,8 @@ fn filter_level(@builtin(global_invocation_id) id: vec3u) {
         for (var i = 0; i < 9; i++) {
             let offset = vec2i(i % 3, i / 3) - 1;
             let w = disc_weights(u32(12 + offset.x + 5 * offset.y)).y;
-            blur += w * textureLoad(finer_blur, clamp_to_image(vec2i(id.xy) + offset, size), 0).xyz;
+            blur += w * textureLoad(finer_blur, clamp_to_image(vec2i(id) + offset, size), 0).xyz;
         }
     }
-    textureStore(new_discs, id.xy, 0, vec4f(narrow, 1.0));
-    textureStore(new_discs, id.xy, 1, vec4f(wide, 1.0));
-    textureStore(new_blur, id.xy, vec4f(blur, 0.0));
+    store_filtered(id, narrow, wide, blur);
 }

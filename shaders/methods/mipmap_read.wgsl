@@ -236,7 +236,7 @@ fn some_rho_near(corner: vec2f, lane: u32) -> bool {
     return greatest > 0.0;
 }
 
-/// Variances of the tiles of class SMOOTHED; lists them anew as NEAR or FAR.
+/// Variances of the tiles of class SMOOTHED; lists them anew by what is left of them.
 @compute @workgroup_size(8, 8)
 fn smooth_tiles(
     @builtin(workgroup_id) group: vec3u,
@@ -253,9 +253,13 @@ fn smooth_tiles(
     if variance < disc_variance(1.0, 1u) {
         atomicOr(&near[0], 1u);
     }
+    if variance > variance_of_dob(dob(params.in_focus_coc_px)) {
+        atomicOr(&defocused[0], 1u);
+    }
     workgroupBarrier();
     if index == 0u && is_tile(tile) {
-        list_tile(tile, select(FAR, NEAR, atomicLoad(&near[0]) != 0u));
+        let class_of = select(FAR, NEAR, atomicLoad(&near[0]) != 0u);
+        list_tile(tile, select(IN_FOCUS, class_of, atomicLoad(&defocused[0]) != 0u));
     }
 }
 

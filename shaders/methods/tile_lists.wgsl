@@ -2,7 +2,9 @@
 //
 //   mark_reach       the widest blur in each tile of the outer frame
 //   spread_rows      the widest that reaches a tile from the left and the right
-//   list_by_focus    the same up and down; tiles by whether anything blurs them
+//   spread_columns   the same up and down
+//   list_by_focus    the inner frame's tiles by whether anything reaches them
+//   list_blocks      the same for the texels of a mipmap level, 8x8 to a block
 //   plan_dispatches  lengths of lists to grids of workgroups
 
 #import lens
@@ -14,8 +16,8 @@ struct Focus {
     first_tile: u32,
     /// Overscan, px.
     overscan: u32,
-    /// Greatest |v| of a lens point.
-    lens_radius: f32,
+    /// How far a pixel's blur counts as reaching, over its CoC diameter.
+    reach_per_coc: f32,
     /// CoC diameter, px, below which a pixel is left as it is.
     in_focus_coc_px: f32,
     /// Tiles on every side whose blur may reach a tile.
@@ -54,7 +56,7 @@ fn mark_reach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     if local.x == 0u && all(tile < focus.tiles) {
         let widest = bitcast<f32>(atomicLoad(&greatest[local.y]));
         // What is in focus reaches nothing, itself included.
-        let reach = select(0.5 * widest * focus.lens_radius + 1.0, 0.0, widest <= focus.in_focus_coc_px);
+        let reach = select(widest * focus.reach_per_coc + 1.0, 0.0, widest <= focus.in_focus_coc_px);
         new_reach_px[tile.y * focus.tiles.x + tile.x] = reach;
     }
 }
@@ -79,17 +81,55 @@ fn spread_rows(@builtin(global_invocation_id) id: vec3u) {
 }
 
 @compute @workgroup_size(8, 8)
+fn spread_columns(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= focus.tiles) {
+        return;
+    }
+    var widest = 0.0;
+    let last = min(id.y + focus.reach, focus.tiles.y - 1u);
+    for (var y = max(id.y, focus.reach) - focus.reach; y <= last; y++) {
+        widest = max(widest, arriving(reach_px[y * focus.tiles.x + id.x], max(y, id.y) - min(y, id.y)));
+    }
+    new_reach_px[id.y * focus.tiles.x + id.x] = widest;
+}
+
+fn is_reached(tile: vec2u) -> bool {
+    return reach_px[tile.y * focus.tiles.x + tile.x] > 0.0;
+}
+
+@compute @workgroup_size(8, 8)
 fn list_by_focus(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < listed.tiles) {
+        list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, is_reached(id.xy + focus.first_tile)));
+    }
+}
+
+struct Blocks {
+    /// Where the first block begins in the outer frame, px.
+    origin: vec2i,
+    /// Side of a block, px.
+    side: i32,
+    unused: i32,
+}
+
+@group(0) @binding(7) var<uniform> blocks: Blocks;
+
+@compute @workgroup_size(8, 8)
+fn list_blocks(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= listed.tiles) {
         return;
     }
-    let at = id.xy + focus.first_tile;
-    var widest = 0.0;
-    let last = min(at.y + focus.reach, focus.tiles.y - 1u);
-    for (var y = max(at.y, focus.reach) - focus.reach; y <= last; y++) {
-        widest = max(widest, arriving(reach_px[y * focus.tiles.x + at.x], max(y, at.y) - min(y, at.y)));
+    let first_px = blocks.origin + vec2i(id.xy) * blocks.side + i32(focus.first_tile * TILE) - i32(focus.overscan);
+    let last_tile = vec2i(focus.tiles) - 1;
+    let from_tile = vec2u(clamp(first_px / i32(TILE), vec2i(0), last_tile));
+    let to_tile = vec2u(clamp((first_px + blocks.side - 1) / i32(TILE), vec2i(0), last_tile));
+    var reached = false;
+    for (var y = from_tile.y; y <= to_tile.y; y++) {
+        for (var x = from_tile.x; x <= to_tile.x; x++) {
+            reached = reached || is_reached(vec2u(x, y));
+        }
     }
-    list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, widest > 0.0));
+    list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, reached));
 }
 
 /// Workgroups along x: what every adapter allows.

@@ -17,7 +17,7 @@
 //! the level is set so that the second moment of what the pyramid really does equals the
 //! lens's own ("measured"); the paper's constant is the other setting.
 
-use super::tile_lists::{TILE_PX, TileLists};
+use super::tile_lists::{DEFOCUSED, FocusMap, IN_FOCUS, TILE_PX, TileLists};
 use super::{About, Apertures, CircleSampling, Circles, IN_FOCUS_COC_PX, Method, MethodError, Param};
 use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::lens::Lens;
@@ -223,9 +223,10 @@ impl Method for Mipmap {
         }
         let params = Params { smoothing: smoothing.into(), ..self.uniform(view, lens, &grid) };
         let uniforms = Uniforms { lens: view.lens_uniform(lens), params };
-        let pyramids = build_pyramids(frame, &pinhole, &grid, &uniforms);
+        let blocks = blocks_of_levels(frame, view, lens, &grid);
+        let pyramids = build_pyramids(frame, &pinhole, &grid, &uniforms, &blocks);
         let result = frame.color_texture("mipmap", view.size());
-        let reading = Reading { pinhole: &pinhole, grid: &grid, uniforms: &uniforms, result: &result };
+        let reading = Reading { pinhole: &pinhole, blocks: &blocks, uniforms: &uniforms, result: &result };
         if self.filter == MipmapFilter::Discs as usize {
             reading.through_discs(frame, &pyramids);
         } else {
@@ -304,6 +305,10 @@ impl PyramidGrid {
         Self { levels, size: padded / 2, padding: (padded - image) / 2 }
     }
 
+    fn level_size(&self, level: u32) -> UVec2 {
+        (self.size >> level).max(UVec2::ONE)
+    }
+
     fn key(&self, format: wgpu::TextureFormat) -> TextureKey {
         TextureKey { size: self.size, levels: self.levels, layers: 1, format }
     }
@@ -315,28 +320,46 @@ struct Pyramids {
     blur: Texture,
 }
 
-fn build_pyramids(frame: &mut Frame<'_>, pinhole: &Layer, grid: &PyramidGrid, uniforms: &Uniforms) -> Pyramids {
+/// How far from a pixel the texels lie that its blur is made of, over its CoC diameter: a
+/// disc of 3 texels, read between texels of up to 2/3 of the CoC that are made of others as
+/// far again.
+const REACH_PER_COC: f64 = 3.0;
+
+/// Blocks of every level by whether there is blur near by.
+fn blocks_of_levels(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, grid: &PyramidGrid) -> Vec<TileLists> {
+    let map = FocusMap::new(frame, view, lens, IN_FOCUS_COC_PX, REACH_PER_COC);
+    (0..grid.levels).map(|level| map.blocks(frame, grid.level_size(level), 2 << level, grid.padding)).collect()
+}
+
+fn build_pyramids(
+    frame: &mut Frame<'_>,
+    pinhole: &Layer,
+    grid: &PyramidGrid,
+    uniforms: &Uniforms,
+    blocks: &[TileLists],
+) -> Pyramids {
     let gpu = frame.gpu();
     let color = gpu.texture_of("colour pyramid", grid.key(frame.precision.format()));
     let blur = gpu.texture_of("blur pyramid", grid.key(wgpu::TextureFormat::Rgba16Float));
-    for level in 0..grid.levels {
-        let pass = if level == 0 {
-            frame
-                .pass(&SHADER, "reduce_image")
-                .uniform("lens", &uniforms.lens)
-                .texture("color", &pinhole.color)
-                .texture("depth", &pinhole.depth)
-        } else {
-            frame
-                .pass(&SHADER, "reduce_level")
-                .label(format!("reduce level {level}"))
-                .level("finer_color", &color, level - 1)
-                .level("finer_blur", &blur, level - 1)
-        };
-        pass.uniform("params", &uniforms.params)
-            .level("coarser_color", &color, level)
-            .level("coarser_blur", &blur, level)
-            .dispatch(color.level_size(level));
+    for (level, blocks) in (0..).zip(blocks) {
+        for (class, image, finer) in
+            [(DEFOCUSED, "reduce_image", "reduce_level"), (IN_FOCUS, "halve_image", "halve_level")]
+        {
+            let mut pass = if level == 0 {
+                frame.pass(&SHADER, image).uniform("params", &uniforms.params).texture("color", &pinhole.color)
+            } else {
+                frame.pass(&SHADER, finer).label(format!("{finer} {level}")).level("finer_color", &color, level - 1)
+            };
+            if class == IN_FOCUS {
+                pass = pass.sampler("linear_clamp", SamplerKind::Linear);
+            } else if level == 0 {
+                pass = pass.uniform("lens", &uniforms.lens).texture("depth", &pinhole.depth);
+            } else {
+                pass = pass.uniform("params", &uniforms.params).level("finer_blur", &blur, level - 1);
+            }
+            let pass = pass.level("coarser_color", &color, level).level("coarser_blur", &blur, level);
+            blocks.dispatch(pass, class);
+        }
     }
     frame.expose("colour pyramid", &color);
     frame.expose("CoC, DoB, DoN", &blur);
@@ -388,7 +411,8 @@ struct Blurred<'a> {
 /// Steps 3 to 5: what pixels read of the pyramids.
 struct Reading<'a> {
     pinhole: &'a Layer,
-    grid: &'a PyramidGrid,
+    /// Of every level.
+    blocks: &'a [TileLists],
     uniforms: &'a Uniforms,
     result: &'a Texture,
 }
@@ -422,7 +446,6 @@ impl Reading<'_> {
             .texture("new_variance", &variance)
             .dispatch_groups(tiles.x.div_ceil(TILE_PX), tiles.y, 1);
         lists.plan(frame);
-        lists.copy_in_focus(frame, &self.pinhole.color, self.uniforms.params.overscan, self.result);
         let blurred = Blurred { discs: &discs, blur: &blur, variance: &variance };
         self.blur_tiles(frame, &lists, &blurred);
         if self.uniforms.params.smoothing != 0 {
@@ -440,8 +463,9 @@ impl Reading<'_> {
         }
     }
 
-    /// The tiles that are listed as near or far.
+    /// The tiles that are listed as in focus, near or far.
     fn blur_tiles(&self, frame: &mut Frame<'_>, lists: &TileLists, blurred: &Blurred<'_>) {
+        lists.copy_in_focus(frame, &self.pinhole.color, self.uniforms.params.overscan, self.result);
         for (class, entry) in [(Class::Near, "blur_near"), (Class::Far, "blur_far")] {
             let mut pass = self
                 .pass(frame, entry)
@@ -460,19 +484,28 @@ impl Reading<'_> {
     /// Every level through two discs, and its blur through the narrower.
     fn filter_levels(&self, frame: &mut Frame<'_>, pyramids: &Pyramids) -> (Texture, Texture) {
         let gpu = frame.gpu();
-        let color_key = TextureKey { layers: 2, ..self.grid.key(frame.precision.format()) };
-        let discs = gpu.texture_of("discs", color_key);
-        let blur = gpu.texture_of("filtered blur", self.grid.key(wgpu::TextureFormat::Rgba16Float));
-        for level in 0..self.grid.levels {
-            frame
-                .pass(&SHADER, "filter_level")
-                .label(format!("filter level {level}"))
-                .uniform("params", &self.uniforms.params)
-                .level("finer_color", &pyramids.color, level)
-                .level("finer_blur", &pyramids.blur, level)
-                .level("new_discs", &discs, level)
-                .level("new_blur", &blur, level)
-                .dispatch(blur.level_size(level));
+        let key = |texture: &Texture, layers| TextureKey {
+            size: texture.size(),
+            levels: texture.levels(),
+            layers,
+            format: texture.format(),
+        };
+        let discs = gpu.texture_of("discs", key(&pyramids.color, 2));
+        let blur = gpu.texture_of("filtered blur", key(&pyramids.blur, 1));
+        for (level, blocks) in (0..).zip(self.blocks) {
+            for (class, entry) in [(DEFOCUSED, "filter_level"), (IN_FOCUS, "keep_level")] {
+                let mut pass = frame
+                    .pass(&SHADER, entry)
+                    .label(format!("{entry} {level}"))
+                    .level("finer_color", &pyramids.color, level)
+                    .level("finer_blur", &pyramids.blur, level)
+                    .level("new_discs", &discs, level)
+                    .level("new_blur", &blur, level);
+                if class == DEFOCUSED {
+                    pass = pass.uniform("params", &self.uniforms.params);
+                }
+                blocks.dispatch(pass, class);
+            }
         }
         (discs, blur)
     }

@@ -2,7 +2,7 @@
 //! lists are made and read by the GPU, by indirect dispatch, and never come back.
 //!
 //! A method lists tiles by a pass of its own (`list_tile` of `shaders/lib/tile_lists.wgsl`)
-//! or by [`TileLists::of_focus`], then dispatches one workgroup for each tile of a class.
+//! or by a [`FocusMap`], then dispatches one workgroup for each tile of a class.
 
 use crate::gpu::{Frame, Gpu, Pass, Shader, Texture};
 use crate::lens::Lens;
@@ -24,7 +24,7 @@ const DISPATCH_BYTES: u64 = 16;
 /// Class of tiles whose pixels are those of the pinhole image.
 pub const IN_FOCUS: u32 = 0;
 
-/// Class of tiles that are blurred or that blur reaches, in [`TileLists::of_focus`].
+/// Class of tiles that are blurred or that blur reaches, in the lists of a [`FocusMap`].
 pub const DEFOCUSED: u32 = 1;
 
 uniform! {
@@ -36,11 +36,19 @@ uniform! {
 }
 
 uniform! {
+    struct Blocks {
+        origin: [i32; 2],
+        side: i32,
+        unused: i32,
+    }
+}
+
+uniform! {
     struct Focus {
         tiles: [u32; 2],
         first_tile: u32,
         overscan: u32,
-        lens_radius: f32,
+        reach_per_coc: f32,
         in_focus_coc_px: f32,
         reach: u32,
         unused: u32,
@@ -100,50 +108,6 @@ impl TileLists {
         Listed { tiles: self.tiles.to_array(), class_of, unused: 0 }
     }
 
-    /// The tiles of `view` by whether anything in them, or that reaches them, has a CoC
-    /// through `lens` wider than `in_focus_coc_px`: [`IN_FOCUS`] or [`DEFOCUSED`].
-    pub fn of_focus(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, in_focus_coc_px: f64) -> Self {
-        let lists = Self::new(frame.gpu(), view.size());
-        let first_tile = view.overscan_px().div_ceil(TILE_PX);
-        let outer = lists.tiles + 2 * first_tile;
-        let [near_px, far_px] = view.coc_bounds_px(frame, lens);
-        let lens_radius = lens.aperture.radius();
-        let reach_px = 0.5 * near_px.abs().max(far_px.abs()) * lens_radius + 1.0;
-        let focus = Focus {
-            tiles: outer.to_array(),
-            first_tile,
-            overscan: view.overscan_px(),
-            lens_radius: lens_radius as f32,
-            in_focus_coc_px: in_focus_coc_px as f32,
-            // No tile is farther away than the frame is wide.
-            reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
-            unused: 0,
-        };
-        let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
-        let [marked, rows] = ["marked reach", "reach along rows"].map(|label| frame.gpu().buffer(label, bytes));
-        let depth = view.pinhole(frame).depth;
-        frame
-            .pass(&SHADER, "mark_reach")
-            .uniform("focus", &focus)
-            .uniform("lens", &view.lens_uniform(lens))
-            .texture("depth", &depth)
-            .buffer("new_reach_px", &marked)
-            .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
-        frame
-            .pass(&SHADER, "spread_rows")
-            .uniform("focus", &focus)
-            .buffer("reach_px", &marked)
-            .buffer("new_reach_px", &rows)
-            .dispatch(outer);
-        lists
-            .filled_by(frame.pass(&SHADER, "list_by_focus"))
-            .uniform("focus", &focus)
-            .buffer("reach_px", &rows)
-            .dispatch(lists.tiles);
-        lists.plan(frame);
-        lists
-    }
-
     /// Copies the image, whose margin is `overscan` px, to `result` in the tiles of class
     /// [`IN_FOCUS`].
     pub fn copy_in_focus(&self, frame: &mut Frame<'_>, color: &Texture, overscan: u32, result: &Texture) {
@@ -154,5 +118,78 @@ impl TileLists {
             .texture("color", color)
             .texture("result", result);
         self.dispatch(pass, IN_FOCUS);
+    }
+}
+
+/// Where in a view anything is out of focus, or is reached by something that is.
+pub struct FocusMap {
+    focus: Focus,
+    /// Of each tile of the outer frame: how far what reaches it blurs, px; 0 where nothing does.
+    reach_px: wgpu::Buffer,
+}
+
+impl FocusMap {
+    /// The map of `view` through `lens`: a pixel whose CoC diameter is wider than
+    /// `in_focus_coc_px` reaches what lies within `reach_per_coc` of it.
+    pub fn new(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, in_focus_coc_px: f64, reach_per_coc: f64) -> Self {
+        let first_tile = view.overscan_px().div_ceil(TILE_PX);
+        let outer = view.size().map(|side| side.div_ceil(TILE_PX)) + 2 * first_tile;
+        let [near_px, far_px] = view.coc_bounds_px(frame, lens);
+        let reach_px = near_px.abs().max(far_px.abs()) * reach_per_coc + 1.0;
+        let focus = Focus {
+            tiles: outer.to_array(),
+            first_tile,
+            overscan: view.overscan_px(),
+            reach_per_coc: reach_per_coc as f32,
+            in_focus_coc_px: in_focus_coc_px as f32,
+            // No tile is farther away than the frame is wide.
+            reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
+            unused: 0,
+        };
+        let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
+        let [marked, rows, all] =
+            ["marked reach", "reach along rows", "reach"].map(|label| frame.gpu().buffer(label, bytes));
+        let depth = view.pinhole(frame).depth;
+        frame
+            .pass(&SHADER, "mark_reach")
+            .uniform("focus", &focus)
+            .uniform("lens", &view.lens_uniform(lens))
+            .texture("depth", &depth)
+            .buffer("new_reach_px", &marked)
+            .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
+        for (entry, from, to) in [("spread_rows", &marked, &rows), ("spread_columns", &rows, &all)] {
+            frame
+                .pass(&SHADER, entry)
+                .uniform("focus", &focus)
+                .buffer("reach_px", from)
+                .buffer("new_reach_px", to)
+                .dispatch(outer);
+        }
+        Self { focus, reach_px: all }
+    }
+
+    /// The tiles of the inner frame, [`IN_FOCUS`] or [`DEFOCUSED`].
+    pub fn tiles(&self, frame: &mut Frame<'_>, view: &View) -> TileLists {
+        let lists = TileLists::new(frame.gpu(), view.size());
+        let pass = frame.pass(&SHADER, "list_by_focus");
+        self.list(lists.filled_by(pass), &lists);
+        lists.plan(frame);
+        lists
+    }
+
+    /// Blocks of 8x8 texels of an image of `size` texels, each `texel_px` px wide, that begins
+    /// `padding` px left of and above the outer frame: [`IN_FOCUS`] or [`DEFOCUSED`].
+    pub fn blocks(&self, frame: &mut Frame<'_>, size: UVec2, texel_px: u32, padding: UVec2) -> TileLists {
+        let lists = TileLists::new(frame.gpu(), size);
+        let origin = (-padding.as_ivec2()).to_array();
+        let blocks = Blocks { origin, side: (TILE_PX * texel_px) as i32, unused: 0 };
+        let pass = frame.pass(&SHADER, "list_blocks").uniform("blocks", &blocks);
+        self.list(lists.filled_by(pass), &lists);
+        lists.plan(frame);
+        lists
+    }
+
+    fn list(&self, pass: Pass<'_, '_>, lists: &TileLists) {
+        pass.uniform("focus", &self.focus).buffer("reach_px", &self.reach_px).dispatch(lists.tiles);
     }
 }

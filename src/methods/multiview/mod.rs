@@ -19,7 +19,7 @@ mod slabs;
 
 pub use slabs::{SlabRange, slab_ranges};
 
-use super::tile_lists::{DEFOCUSED, TileLists};
+use super::tile_lists::{DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Method, MethodError, Param};
 use crate::gpu::{Frame, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
@@ -208,7 +208,8 @@ impl Method for Multiview {
         let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
         // Rays that shade see reflections move where all else is in focus.
         let in_focus_coc_px = if self.shades(view) { -1.0 } else { IN_FOCUS_COC_PX };
-        let tiles = TileLists::of_focus(frame, view, lens, in_focus_coc_px);
+        let reach_per_coc = 0.5 * lens.aperture.radius();
+        let tiles = FocusMap::new(frame, view, lens, in_focus_coc_px, reach_per_coc).tiles(frame, view);
         tiles.copy_in_focus(frame, &pinhole.color, view.overscan_px(), &result);
         let shading = if self.shades(view) { Some(view.shading()?) } else { None };
         let (environment, lights) = shading.map_or_else(
