@@ -116,6 +116,12 @@ fn tap(i: u32) -> vec2f {
     return QUADRANT[i / 4u] * vec2f(select(1.0, -1.0, (i & 1u) != 0u), select(1.0, -1.0, (i & 2u) != 0u));
 }
 
+/// The pixel that lies `offset` px from a pixel's centre. Rounded as a distance, not as a
+/// position: that would round to either side by where in the image it is.
+fn pixel_offset(offset: vec2f) -> vec2i {
+    return vec2i(sign(offset) * floor(abs(offset) + 0.5));
+}
+
 fn blurriness(coc: f32) -> f32 {
     return saturate(abs(coc) / params.full_coc);
 }
@@ -134,12 +140,15 @@ fn gather_taps(@builtin(global_invocation_id) id: vec3u) {
     let own = textureLoad(color, centre, 0).rgb;
     // Differences from the centre are summed, so that a constant colour stays exactly that.
     let base = select(vec3f(0.0), own, is_finite(own));
+    var low = base;
+    var high = base;
     var sum = vec3f(0.0);
     var weights = 0.0;
     for (var i = 0u; i < 12u; i++) {
-        let sharp_at = at + radius * tap(i);
-        let blurred_at = at + STEP * params.radius_scale * radius * tap(i);
-        let p = clamp_to_image(vec2i(floor(sharp_at)), size);
+        let offset = radius * tap(i);
+        let sharp_at = at + offset;
+        let blurred_at = at + STEP * params.radius_scale * offset;
+        let p = clamp_to_image(centre + pixel_offset(offset), size);
         let tap_blurriness = blurriness(coc_at(p));
         let sharp = textureSampleLevel(color, linear_clamp, sharp_at / vec2f(size), 0.0).rgb;
         let blurred_uv = (blurred_at + margin(size, copy)) / (STEP * vec2f(copy));
@@ -152,9 +161,11 @@ fn gather_taps(@builtin(global_invocation_id) id: vec3u) {
         if is_finite(mixed) {
             sum += weight * (mixed - base);
             weights += weight;
+            low = min(low, mixed);
+            high = max(high, mixed);
         }
     }
-    // All taps may be refused: nearer, and sharp.
-    let color = select(base, base + sum / weights, weights > 0.0);
+    // All taps may be refused: nearer, and sharp. Rounded, a mean may leave what it is of.
+    let color = select(base, clamp(base + sum / weights, low, high), weights > 0.0);
     textureStore(result, id.xy, vec4f(color, 1.0));
 }

@@ -1,7 +1,7 @@
 //! `defocus stress`: numerical stability.
 
 use super::args::StressArgs;
-use super::output::{check_json, is_stdout, print, write_json};
+use super::output::{check_json, is_stdout, print, print_json, write_json};
 use super::progress::{Bar, catch_interrupts};
 use super::select;
 use comfy_table::{ContentArrangement, Table, presets as styles};
@@ -35,18 +35,20 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     let json = args.run.json.json.as_ref();
     check_json(json)?;
     catch_interrupts()?;
-    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let adapter = args.run.adapter.as_deref();
+    let gpu = Gpu::open(adapter)?;
     let start = Instant::now();
     let bar = Bar::new(args.run.quiet);
     let request = StressRequest { methods: &methods, quick: args.quick, seed: args.seed };
     let mut outcome = Outcome::default();
-    if let Err(stopped) = stress::run(&gpu, &request, &mut outcome, &mut |step| bar.step(step)) {
+    let gpus = stress::devices(gpu.clone(), adapter)?;
+    if let Err(stopped) = stress::run(&gpus, &request, &mut outcome, &mut |step| bar.step(step)) {
         drop(bar);
-        if !args.run.quiet && !is_stdout(json) {
-            report_outcome(&outcome)?;
-        }
+        // Whoever stops it wants to know, `--quiet` or not.
+        report_stopped(json.is_some(), &outcome)?;
         return Err(stopped.into());
     }
+    drop(gpus);
     let precision = measure(&gpu, &methods, args.quick, &mut |step| bar.step(step))?;
     let soak = soak(&gpu, &stress::prepared(&methods), SOAK_FRAMES, &mut |step| bar.step(step))?;
     drop(bar);
@@ -70,6 +72,12 @@ fn summarise(result: &StressJson) -> anyhow::Result<()> {
         "{} cases, {} checks, {} failures, {} known limits shown, {:.0} s",
         total.cases, total.checks, total.failed, total.expected, result.seconds
     ))
+}
+
+/// What was found so far: as JSON where that was asked for, on standard output in any case,
+/// as no file is left half done.
+fn report_stopped(json: bool, outcome: &Outcome) -> anyhow::Result<()> {
+    if json { print_json(outcome) } else { report_outcome(outcome) }
 }
 
 fn report_outcome(outcome: &Outcome) -> anyhow::Result<()> {

@@ -59,10 +59,13 @@ const POINT_COC_PX: f64 = 7.0;
 /// Random cases in a quick run, and in a full one.
 const RANDOM: [usize; 2] = [24, 400];
 
-/// Everything that image methods are tried on, made one after the other.
-pub fn image_cases(quick: bool, seed: u64) -> Vec<Box<dyn Fn() -> ImageCase + Send + Sync>> {
+/// Makes a case when it is its turn: all of them at once would fill memory.
+pub type ImageCaseMaker = Box<dyn Fn() -> ImageCase + Send + Sync>;
+
+/// Everything that image methods are tried on, in an order that depends on the seed.
+pub fn image_cases(quick: bool, seed: u64) -> Vec<ImageCaseMaker> {
     let combinations = if quick { pairs(seed) } else { triples(seed) };
-    let mut cases: Vec<Box<dyn Fn() -> ImageCase + Send + Sync>> = Vec::new();
+    let mut cases: Vec<ImageCaseMaker> = Vec::new();
     for combination in combinations.into_iter().chain(long_images()) {
         cases.push(Box::new(move || combination.case()));
     }

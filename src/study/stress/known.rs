@@ -35,10 +35,22 @@ const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where
 const FEW_RAYS: &str = "few rays a pixel, each of which takes part whole: one that steps over an edge shows more of \
     the contrast than the focus step explains";
 
+const TAPS: &str = "twelve taps, each of which weighs by the depth of one pixel: one that steps over an edge of the \
+    depth weighs another amount at once, as published";
+
+const COARSE_DEPTHS: &str = "holes are filled with means of depths, and where one rounding step of a depth changes its CoC \
+    by pixels, a mean lies a step to either side";
+
 /// Colours that are all but black, whose products with small weights f16 cannot hold.
 fn is_dark(specimen: &Specimen) -> bool {
     let range = specimen.pixels.as_ref().map(|pixels| pixels.range());
     range.is_some_and(|[_, high]| high.max_element() > 0.0 && high.max_element() < 1e-4)
+}
+
+/// Whether the CoC changes by more than a small step of the focus makes from one f32 to the
+/// next.
+fn depths_are_coarse(specimen: &Specimen) -> bool {
+    specimen.step.is_none()
 }
 
 fn is_odd(specimen: &Specimen) -> bool {
@@ -63,12 +75,25 @@ fn odd_images() -> Vec<ImageCase> {
 }
 
 fn layered_images() -> Vec<ImageCase> {
-    (0..12).map(|index| random_case(index, 1)).collect()
+    let slope = "slope of 1 % around the focus";
+    vec![Combination::named("df 1 % above F", slope, "subnormal numbers of f16 and f32", uvec2(1, 100)).case()]
 }
 
 fn stepped_edges() -> Vec<ImageCase> {
     vec![
         Combination::named("widest Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case(),
+        Combination::named("slight blur", "noise over all depths", "1e-7 and 1", uvec2(16, 16)).case(),
+    ]
+}
+
+fn coarse_depths() -> Vec<ImageCase> {
+    let depth = "one rounding step around the focus";
+    vec![Combination::named("df a millionth above F", depth, "a bright point", uvec2(2, 2)).case()]
+}
+
+fn tapped_edges() -> Vec<ImageCase> {
+    vec![
+        Combination::named("strong blur", "depths that are none", "detail", uvec2(24, 16)).case(),
         Combination::named("slight blur", "noise over all depths", "1e-7 and 1", uvec2(16, 16)).case(),
     ]
 }
@@ -99,11 +124,25 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
     odd_pyramid("opaque"),
     odd_pyramid("pyramid"),
     KnownLimit {
+        method: "pyramid",
+        check: "mirror",
+        applies: depths_are_coarse,
+        witnesses: coarse_depths,
+        reason: COARSE_DEPTHS,
+    },
+    KnownLimit {
         method: "splat",
         check: "continuity",
         applies: has_several_depths,
         witnesses: layered_images,
         reason: LAYERS,
+    },
+    KnownLimit {
+        method: "preblur",
+        check: "continuity",
+        applies: has_several_depths,
+        witnesses: tapped_edges,
+        reason: TAPS,
     },
     KnownLimit {
         method: "adaptive",

@@ -16,11 +16,12 @@ mod known;
 mod lenses;
 pub mod precision;
 mod random;
+mod run;
 mod scenes;
 pub mod soak;
 mod specimen;
 
-pub use cases::{Combination, image_cases, random_case};
+pub use cases::{Combination, ImageCaseMaker, image_cases, random_case};
 pub use checks::{
     BadPixel, CHECKS, Check, F16_ROUNDINGS, F16_SMALLEST_ROUNDINGS, Finding, Subject, first_bad_pixel,
     first_difference, first_not_finite, without_jitter,
@@ -29,10 +30,11 @@ pub use images::{COLORS, ColorCondition, DEPTHS, DepthCondition, LONG_SIZES, SIZ
 pub use known::{KNOWN_LIMITS, KnownLimit};
 pub use lenses::{LENSES, LensCondition, blurring};
 pub use random::Random;
+pub use run::{devices, run};
 pub use scenes::{Content, SCENES, SceneCondition};
 pub use specimen::{ImageCase, Pixels, STEP_PX, Specimen, Step, Twin, as_stored, mirrored, render};
 
-use super::{Progress, StudyError, step};
+use super::StudyError;
 use crate::gpu::{Gpu, Precision};
 use crate::methods::{Method, set_param};
 use std::collections::BTreeMap;
@@ -42,8 +44,8 @@ use std::time::Instant;
 /// what is looked at, and neither more lens points nor wider circles show more of it.
 const SETTINGS: &[(&str, &str, &str)] = &[("accumulation", "samples", "16"), ("linear", "max_radius", LINEAR_RADIUS)];
 
-/// Radius, px, to which `linear` cuts circles here: wider than most of the images.
-const LINEAR_RADIUS: &str = "24";
+/// Radius, px, to which `linear` cuts circles here: as wide as most of the images.
+const LINEAR_RADIUS: &str = "12";
 
 /// What to try.
 pub struct StressRequest<'a> {
@@ -107,16 +109,32 @@ pub struct Outcome {
     pub unexpected_passes: Vec<String>,
 }
 
+impl std::ops::AddAssign for Tally {
+    fn add_assign(&mut self, other: Self) {
+        self.cases += other.cases;
+        self.checks += other.checks;
+        self.failed += other.failed;
+        self.expected += other.expected;
+        self.seconds += other.seconds;
+    }
+}
+
 impl Outcome {
     /// Sums over all methods.
     pub fn total(&self) -> Tally {
-        self.methods.values().fold(Tally::default(), |sum, t| Tally {
-            cases: sum.cases + t.cases,
-            checks: sum.checks + t.checks,
-            failed: sum.failed + t.failed,
-            expected: sum.expected + t.expected,
-            seconds: sum.seconds + t.seconds,
+        self.methods.values().fold(Tally::default(), |mut sum, tally| {
+            sum += *tally;
+            sum
         })
+    }
+
+    /// Adds what was found elsewhere.
+    pub fn add(&mut self, other: Self) {
+        for (method, tally) in other.methods {
+            *self.methods.entry(method).or_default() += tally;
+        }
+        self.failures.extend(other.failures);
+        self.unexpected_passes.extend(other.unexpected_passes);
     }
 
     /// The failures that nobody expects.
@@ -128,41 +146,6 @@ impl Outcome {
     pub fn is_good(&self) -> bool {
         self.unexpected().next().is_none() && self.unexpected_passes.is_empty()
     }
-}
-
-/// Tries the methods on everything that the request asks for. What was found is in `outcome`
-/// also if the run is stopped.
-///
-/// # Errors
-///
-/// [`StudyError::Stopped`], and sizes that the adapter cannot draw.
-pub fn run(
-    gpu: &Gpu,
-    request: &StressRequest<'_>,
-    outcome: &mut Outcome,
-    progress: &mut Progress<'_>,
-) -> Result<(), StudyError> {
-    let methods = prepared(request.methods);
-    let cases = image_cases(request.quick, request.seed);
-    let of = (cases.len() + SCENES.len() + KNOWN_LIMITS.len()) as u32;
-    let mut done = 0;
-    let mut next = |progress: &mut Progress<'_>| {
-        done += 1;
-        step(progress, "stress", done - 1, of)
-    };
-    for condition in SCENES {
-        next(progress)?;
-        try_all(gpu, &methods, &mut condition.specimen(gpu)?, outcome);
-    }
-    for case in &cases {
-        next(progress)?;
-        try_all(gpu, &methods, &mut Specimen::of_image(gpu, &case())?, outcome);
-    }
-    for limit in KNOWN_LIMITS {
-        next(progress)?;
-        try_witnesses(gpu, &methods, limit, outcome)?;
-    }
-    Ok(())
 }
 
 /// The methods as they are tried: with few lens points and circles that are not vast.

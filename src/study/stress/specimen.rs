@@ -11,7 +11,7 @@ use half::f16;
 /// Vertical field of view of images, radians.
 const FOV_Y: f64 = 0.8;
 
-/// Largest change of a CoC, px, that a small step of the focus makes.
+/// Largest change of a blur spot's width, px, that a small step of the focus makes.
 pub const STEP_PX: f64 = 0.025;
 
 /// An image with a depth map, the lens to see it through, and a name that says what is
@@ -70,7 +70,7 @@ pub struct Twin {
 pub struct Step {
     /// The lens.
     pub lens: Lens,
-    /// By how much the CoC of a pixel changes at most, px.
+    /// By how much the width of a pixel's blur spot changes at most, px.
     pub change_px: f64,
 }
 
@@ -154,7 +154,14 @@ pub fn render(
     Ok(download(gpu, &texture))
 }
 
-/// The step of the focus that changes no CoC in view by more than [`STEP_PX`].
+/// Width of a lens's blur spots over their CoC: 1 of a disc, and of the rest that of the
+/// disc of the same standard deviation. Eight of the widest Gaussian: what its CoC changes
+/// by, its edges move by four times on either side.
+fn width_per_coc(lens: &Lens) -> f64 {
+    (4.0 * lens.aperture.sigma_per_coc()).max(1.0)
+}
+
+/// The step of the focus that changes no blur spot in view by more than [`STEP_PX`].
 pub(super) fn step(gpu: &Gpu, view: &mut View, lens: &Lens) -> Option<Step> {
     let mut frame = gpu.frame();
     let z_bounds = view.z_bounds(&mut frame).map(f64::from);
@@ -162,13 +169,13 @@ pub(super) fn step(gpu: &Gpu, view: &mut View, lens: &Lens) -> Option<Step> {
     let near_m = view.projection().near_m;
     // c = k - slope z: each of the two is rounded to f32.
     let greatest_px = z_bounds.map(|z| lens.k_px().abs().max(lens.coc().slope_px(near_m) * z));
-    let rounding_px = greatest_px[0].max(greatest_px[1]) * f64::from(f32::EPSILON);
+    let rounding_px = width_per_coc(lens) * greatest_px[0].max(greatest_px[1]) * f64::from(f32::EPSILON);
     if rounding_px > 0.1 * STEP_PX {
         return None;
     }
     let change_px = |moved: &Lens| {
         let at = |z: f64| (moved.coc().at_stored(z, near_m) - lens.coc().at_stored(z, near_m)).abs();
-        at(z_bounds[0]).max(at(z_bounds[1]))
+        width_per_coc(lens) * at(z_bounds[0]).max(at(z_bounds[1]))
     };
     const TRIAL: f64 = 1e-3;
     let trial_px = change_px(&stepped(lens, TRIAL));
