@@ -4,7 +4,7 @@ use super::bench::{parse_shard, parse_table};
 use super::options::{
     CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_size,
 };
-use clap::{Args, Parser, Subcommand};
+use clap::{Args, Parser, Subcommand, ValueEnum};
 use defocus::study::bench::{PaperTable, Shard};
 use glam::UVec2;
 use std::path::PathBuf;
@@ -202,6 +202,17 @@ pub struct DiffArgs {
     pub json: JsonOption,
 }
 
+/// A part of `defocus stress`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StressPart {
+    /// Every method under every condition
+    Cases,
+    /// What f16 intermediates cost against f32
+    F16,
+    /// Memory over a thousand frames
+    Soak,
+}
+
 /// `defocus stress`.
 #[derive(Debug, Args)]
 pub struct StressArgs {
@@ -214,6 +225,9 @@ pub struct StressArgs {
     /// Seed of the random cases
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// One part alone [default: all three]
+    #[arg(long, value_name = "PART")]
+    pub only: Option<StressPart>,
     #[command(flatten)]
     pub run: RunOptions,
 }

@@ -22,7 +22,7 @@ use std::time::{Duration, Instant};
 const QUICK_BUDGET_MINUTES: f64 = 4.0;
 
 /// What `--quick` leaves out of a table, for its report.
-const TABLE_CAPS: &str = "Quick: small images, few lens points for the reference, few runs, at most 4 minutes (--budget says otherwise). Without --quick the table is measured at the paper's size.";
+const TABLE_CAPS: &str = "Quick: small images, few lens points for the reference or none, few runs, nothing that takes minutes by itself, at most 4 minutes (--budget says otherwise). Without --quick the table is measured at the paper's size.";
 
 /// What `--quick` leaves out of a sweep, for its report.
 const SWEEP_CAPS: &str = "Quick: images of 256x192, cans and atrium, mean CoCs of 4, 16 and 64 px, 64 lens points for the reference and 3 runs, where nothing else was asked for.";

@@ -1,11 +1,12 @@
 //! `defocus stress`: numerical stability.
 
-use super::args::StressArgs;
+use super::args::{StressArgs, StressPart};
 use super::output::{check_json, is_stdout, print, print_json, write_json};
 use super::progress::{Bar, catch_interrupts};
 use super::select;
 use comfy_table::{ContentArrangement, Table, presets as styles};
 use defocus::gpu::{AdapterSummary, Gpu};
+use defocus::methods::Method;
 use defocus::study::stress::precision::{ACCEPTABLE_LOSS_DB, PrecisionRow, measure};
 use defocus::study::stress::soak::{GROWTH_A_FRAME_BYTES, Soak, soak};
 use defocus::study::stress::{self, Outcome, StressRequest};
@@ -24,9 +25,11 @@ struct StressJson {
     quick: bool,
     seed: u64,
     seconds: f64,
-    outcome: Outcome,
-    precision: Vec<PrecisionRow>,
-    soak: Soak,
+    /// Whether it ran to its end.
+    complete: bool,
+    outcome: Option<Outcome>,
+    precision: Option<Vec<PrecisionRow>>,
+    soak: Option<Soak>,
 }
 
 /// Runs `defocus stress`; an error where anything failed.
@@ -35,49 +38,73 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     let json = args.run.json.json.as_ref();
     check_json(json)?;
     catch_interrupts()?;
-    let adapter = args.run.adapter.as_deref();
-    let gpu = Gpu::open(adapter)?;
+    let gpu = Gpu::open(args.run.adapter.as_deref())?;
     let start = Instant::now();
-    let bar = Bar::new(args.run.quiet);
-    let request = StressRequest { methods: &methods, quick: args.quick, seed: args.seed };
-    let mut outcome = Outcome::default();
-    let gpus = stress::devices(gpu.clone(), adapter)?;
-    if let Err(stopped) = stress::run(&gpus, &request, &mut outcome, &mut |step| bar.step(step)) {
-        drop(bar);
-        // Whoever stops it wants to know, `--quiet` or not.
-        report_stopped(json.is_some(), &outcome)?;
-        return Err(stopped.into());
+    let mut found = StressJson {
+        adapter: gpu.adapter().clone(),
+        quick: args.quick,
+        seed: args.seed,
+        seconds: 0.0,
+        complete: false,
+        outcome: None,
+        precision: None,
+        soak: None,
+    };
+    let ended = find(args, &gpu, &methods, &mut found);
+    found.seconds = start.elapsed().as_secs_f64();
+    found.complete = ended.is_ok();
+    if let Err(stopped) = ended {
+        // Whoever stops it wants to know what it has, `--quiet` or not; no file is left half
+        // done.
+        if is_stdout(json) {
+            print_json(&found)?
+        } else {
+            summarise(&found)?
+        }
+        return Err(stopped);
     }
-    drop(gpus);
-    let precision = measure(&gpu, &methods, args.quick, &mut |step| bar.step(step))?;
-    let soak = soak(&gpu, &stress::prepared(&methods), SOAK_FRAMES, &mut |step| bar.step(step))?;
-    drop(bar);
-    let seconds = start.elapsed().as_secs_f64();
-    let adapter = gpu.adapter().clone();
-    let result = StressJson { adapter, quick: args.quick, seed: args.seed, seconds, outcome, precision, soak };
-    write_json(json, &result)?;
+    write_json(json, &found)?;
     if !args.run.quiet && !is_stdout(json) {
-        summarise(&result)?;
+        summarise(&found)?;
     }
-    verdict(&result)
+    verdict(&found)
+}
+
+/// Runs the parts that are wanted. What they found is in `found` also if they are stopped.
+fn find(args: &StressArgs, gpu: &Gpu, methods: &[Box<dyn Method>], found: &mut StressJson) -> anyhow::Result<()> {
+    let bar = Bar::new(args.run.quiet);
+    let wanted = |part| args.only.is_none_or(|only| only == part);
+    if wanted(StressPart::Cases) {
+        let gpus = stress::devices(gpu.clone(), args.run.adapter.as_deref())?;
+        let request = StressRequest { methods, quick: args.quick, seed: args.seed };
+        let outcome = found.outcome.insert(Outcome::default());
+        stress::run(&gpus, &request, outcome, &mut |step| bar.step(step))?;
+    }
+    if wanted(StressPart::F16) {
+        found.precision = Some(measure(gpu, methods, args.quick, &mut |step| bar.step(step))?);
+    }
+    if wanted(StressPart::Soak) {
+        found.soak = Some(soak(gpu, &stress::prepared(methods), SOAK_FRAMES, &mut |step| bar.step(step))?);
+    }
+    Ok(())
 }
 
 fn summarise(result: &StressJson) -> anyhow::Result<()> {
     print(&format!("Adapter: {} ({})", result.adapter.name, result.adapter.driver))?;
-    report_outcome(&result.outcome)?;
-    print(&precision_table(&result.precision).to_string())?;
-    print(&soak_line(&result.soak))?;
-    let total = result.outcome.total();
+    if let Some(outcome) = &result.outcome {
+        report_outcome(outcome)?;
+    }
+    if let Some(rows) = &result.precision {
+        print(&precision_table(rows).to_string())?;
+    }
+    if let Some(soak) = &result.soak {
+        print(&soak_line(soak))?;
+    }
+    let total = result.outcome.as_ref().map(Outcome::total).unwrap_or_default();
     print(&format!(
         "{} cases, {} checks, {} failures, {} known limits shown, {:.0} s",
         total.cases, total.checks, total.failed, total.expected, result.seconds
     ))
-}
-
-/// What was found so far: as JSON where that was asked for, on standard output in any case,
-/// as no file is left half done.
-fn report_stopped(json: bool, outcome: &Outcome) -> anyhow::Result<()> {
-    if json { print_json(outcome) } else { report_outcome(outcome) }
 }
 
 fn report_outcome(outcome: &Outcome) -> anyhow::Result<()> {
@@ -128,28 +155,39 @@ fn soak_line(soak: &Soak) -> String {
 }
 
 fn verdict(result: &StressJson) -> anyhow::Result<()> {
-    if let Some(first) = result.outcome.unexpected().next() {
-        anyhow::bail!(
-            "{} of {} cases failed; the first: {first}",
-            result.outcome.total().failed,
-            result.outcome.total().cases
-        );
+    result.outcome.as_ref().map_or(Ok(()), judge_outcome)?;
+    judge_precision(result.precision.as_deref().unwrap_or_default())?;
+    result.soak.as_ref().map_or(Ok(()), judge_soak)
+}
+
+fn judge_outcome(outcome: &Outcome) -> anyhow::Result<()> {
+    if let Some(first) = outcome.unexpected().next() {
+        let total = outcome.total();
+        anyhow::bail!("{} of {} cases failed; the first: {first}", total.failed, total.cases);
     }
-    if let Some(first) = result.outcome.unexpected_passes.first() {
-        anyhow::bail!("{first}");
+    match outcome.unexpected_passes.first() {
+        Some(first) => anyhow::bail!("{first}"),
+        None => Ok(()),
     }
-    if let Some(row) = result.precision.iter().find(|row| row.loss_db() > ACCEPTABLE_LOSS_DB) {
-        anyhow::bail!(
+}
+
+fn judge_precision(rows: &[PrecisionRow]) -> anyhow::Result<()> {
+    match rows.iter().find(|row| row.loss_db() > ACCEPTABLE_LOSS_DB) {
+        Some(row) => anyhow::bail!(
             "{}: f16 costs {:.2} dB on {}, more than {ACCEPTABLE_LOSS_DB} dB: an intermediate needs f32",
             row.method,
             row.loss_db(),
             row.scene
-        );
+        ),
+        None => Ok(()),
     }
+}
+
+fn judge_soak(soak: &Soak) -> anyhow::Result<()> {
     anyhow::ensure!(
-        result.soak.is_bounded(),
+        soak.is_bounded(),
         "memory grows from frame to frame ({}; the limit is {GROWTH_A_FRAME_BYTES} bytes): something is kept that should be freed",
-        soak_line(&result.soak)
+        soak_line(soak)
     );
     Ok(())
 }

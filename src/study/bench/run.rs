@@ -21,7 +21,7 @@ use crate::view::{SurfaceOptions, View, auto_overscan_px};
 use glam::UVec2;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
 /// Why a benchmark cannot go on.
 #[derive(Debug, thiserror::Error)]
@@ -88,14 +88,12 @@ impl BenchRun<'_> {
         let cells: Vec<Cell> = self.plan.cells().into_iter().filter(|cell| self.shard.has(cell)).collect();
         let mut outcome = BenchOutcome::default();
         let mut sources = HashMap::new();
-        let mut slowest = Duration::ZERO;
         for (done, cell) in cells.iter().enumerate() {
             if self.store.cell(cell.index)?.is_some() {
                 outcome.found += 1;
                 continue;
             }
-            let started = Instant::now();
-            if self.deadline.is_some_and(|deadline| started + slowest > deadline) {
+            if self.deadline.is_some_and(|deadline| Instant::now() > deadline) {
                 outcome.left += 1;
                 continue;
             }
@@ -111,7 +109,6 @@ impl BenchRun<'_> {
                 Ok(result) => {
                     self.store.add(&result)?;
                     outcome.measured += 1;
-                    slowest = slowest.max(started.elapsed());
                 }
                 Err(BenchError::Cell { source, .. }) if late && matches!(*source, StudyError::Stopped) => {
                     outcome.left += 1;

@@ -123,14 +123,30 @@ fn cell_text(value: Option<f64>, decimals: usize) -> String {
 fn time_text(cell: Option<&CellResult>, label: &str) -> String {
     let variant = cell.and_then(|c| c.variant(label));
     match variant.and_then(|v| Some((v.ms()?, v.ratio()?))) {
-        Some((ms, ratio)) => format!("{ms:.2} ms ({ratio:.1}x)"),
+        Some((ms, ratio)) => format!("{} ms ({}x)", three_digits(ms), three_digits(ratio)),
         None => "–".into(),
     }
+}
+
+/// A number with three digits, or as many as it has before the point.
+fn three_digits(value: f64) -> String {
+    let decimals = if value < 10.0 { 2 } else { usize::from(value < 100.0) };
+    format!("{value:.decimals$}")
 }
 
 /// Multiple of the copy's time.
 fn ratio(cell: Option<&CellResult>, label: &str) -> Option<f64> {
     cell?.variant(label)?.ratio()
+}
+
+/// What of that multiple the passes take whose label has `part` in it.
+fn part_ratio(cell: Option<&CellResult>, label: &str, part: &str) -> Option<f64> {
+    let variant = cell?.variant(label)?;
+    let ms = |wanted: &dyn Fn(&str) -> bool| -> f64 {
+        variant.passes.iter().filter(|pass| wanted(&pass.label)).map(|pass| pass.ms).sum()
+    };
+    let all_ms = ms(&|_| true);
+    (all_ms > 0.0).then(|| ms(&|label| label.contains(part)) / all_ms).zip(variant.ratio()).map(|(share, r)| share * r)
 }
 
 /// Geometric mean; `None` of nothing.
