@@ -192,6 +192,8 @@ fn gather_circles(
     let reach = i32(params.reach);
     let begin = max(first - reach, vec2i(0)) / TILE;
     let end = min((last + reach) / TILE, tiles - 1);
+    let at = p - i32(params.overscan);
+    let is_inside = all(at < vec2i(textureDimensions(result)));
     var sum = vec4f(0.0);
     for (var y = begin.y; y <= end.y; y++) {
         for (var x = begin.x; x <= end.x; x++) {
@@ -203,14 +205,16 @@ fn gather_circles(
             workgroupBarrier();
             load_source(index, corner + vec2i(local.xy));
             workgroupBarrier();
-            sum += light_from_tile(p, corner);
+            // Beyond the image there are only hands to load with.
+            if is_inside {
+                sum += light_from_tile(p, corner);
+            }
         }
     }
     if params.normalise != 0u && sum.w > 0.0 {
         sum /= sum.w;
     }
-    let at = p - i32(params.overscan);
-    if all(at < vec2i(textureDimensions(result))) {
+    if is_inside {
         textureStore(result, at, vec4f(clamp(sum.rgb, vec3f(-MAX_F16), vec3f(MAX_F16)), 1.0));
     }
 }

@@ -41,6 +41,9 @@ const TAPS: &str = "twelve taps, each of which weighs by the depth of one pixel:
 const COARSE_DEPTHS: &str = "holes are filled with means of depths, and where one rounding step of a depth changes its CoC \
     by pixels, a mean lies a step to either side";
 
+const DARK: &str = "below 1e-4 of white, colours times the opacity at an edge lie under the least number that f16 \
+    has";
+
 /// Colours that are all but black, whose products with small weights f16 cannot hold.
 fn is_dark(specimen: &Specimen) -> bool {
     let range = specimen.pixels.as_ref().map(|pixels| pixels.range());
@@ -98,6 +101,19 @@ fn tapped_edges() -> Vec<ImageCase> {
     ]
 }
 
+fn few_rays_inside() -> Vec<ImageCase> {
+    let slope = "slope of 1 % around the focus";
+    vec![
+        Combination::named("widest Gaussian", "near object before a sharp wall", "1e-7 and 1", uvec2(1, 100)).case(),
+        Combination::named("df 1 % above F", slope, "a bright point", uvec2(3, 5)).case(),
+    ]
+}
+
+fn dark_edges() -> Vec<ImageCase> {
+    let dark = "subnormal numbers of f16 and f32";
+    vec![Combination::named("E = 1e30 mm", "near object before a sharp wall", dark, uvec2(33, 17)).case()]
+}
+
 fn bright_and_dark_images() -> Vec<ImageCase> {
     let dark = "subnormal numbers of f16 and f32";
     vec![
@@ -143,6 +159,14 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         applies: has_several_depths,
         witnesses: tapped_edges,
         reason: TAPS,
+    },
+    KnownLimit { method: "opaque", check: "range", applies: is_dark, witnesses: dark_edges, reason: DARK },
+    KnownLimit {
+        method: "multiview",
+        check: "continuity",
+        applies: has_several_depths,
+        witnesses: few_rays_inside,
+        reason: FEW_RAYS,
     },
     KnownLimit {
         method: "adaptive",
