@@ -6,8 +6,13 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::io::IsTerminal;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
 
 static INTERRUPTED: AtomicBool = AtomicBool::new(false);
+
+/// Within this time a second signal is the same interruption, sent to the program and to its
+/// process group: `timeout` does so.
+const ONE_INTERRUPTION: Duration = Duration::from_millis(500);
 
 /// What a shell expects of a program that was interrupted: 128 + SIGINT.
 pub const EXIT_INTERRUPTED: u8 = 130;
@@ -15,8 +20,10 @@ pub const EXIT_INTERRUPTED: u8 = 130;
 /// From now on Ctrl-C is noted instead of ending the program: work stops at its next step,
 /// and what was being written is removed. A second Ctrl-C ends the program at once.
 pub fn catch_interrupts() -> anyhow::Result<()> {
-    let handler = || {
-        if INTERRUPTED.swap(true, Ordering::SeqCst) {
+    let mut first: Option<Instant> = None;
+    let handler = move || {
+        INTERRUPTED.store(true, Ordering::SeqCst);
+        if first.get_or_insert_with(Instant::now).elapsed() > ONE_INTERRUPTION {
             std::process::exit(EXIT_INTERRUPTED.into());
         }
     };
