@@ -155,6 +155,22 @@ const BILINEAR_BLUR = 0.667;
 /// that emitters bring is left out. Nearer to focus a sample is where its texel says.
 const MEAN_FROM_S = 2.5;
 
+/// Difference of s, px, between texels of one surface and another near focus.
+const EDGE_S = 0.05;
+
+/// Whether the ray through lens point v shows the mean of a texel, 1/fineness px wide, or one
+/// sample. In focus the image is made of samples; the wider the lens's blur, the more rays
+/// show the mean, until the mean blurs as much as the lens: a thin bar fades in.
+fn shows_mean(s: f32, v: vec2f) -> bool {
+    let share = min(s * s * adaptive.lens_variance / texel_blur(), 1.0) * clamp(2.0 - abs(s) / 0.3, 0.0, 1.0);
+    return fract(43.7585 * dot(v, vec2f(12.9898, 78.233))) < share;
+}
+
+/// Four times the variance, px^2 per axis, of the mean over a texel.
+fn texel_blur() -> f32 {
+    return 1.0 / f32(3u * adaptive.fineness * adaptive.fineness);
+}
+
 /// Colour of a hit. `limited`: without what emitters bring.
 fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     let size = vec2f(textureDimensions(radii));
@@ -169,6 +185,10 @@ fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     for (var i = 0; i < 4; i++) {
         s[i] = textureLoad(radii, corner_of(b, i), 0)[hit.layer];
         same = same && abs(s[i] - hit.s) <= 0.25 + 0.08 * abs(hit.s);
+    }
+    let at_edge = any(abs(s - hit.s) > vec4f(EDGE_S));
+    if at_edge && hit.layer == 0 && !limited && shows_mean(hit.s, v) {
+        return textureLoad(colors, texel_at(hit.at), i32(adaptive.layers), 0).rgb;
     }
     if !same {
         return limited_color(texel_at(hit.at), image, hit.s, limited && !is_mean);

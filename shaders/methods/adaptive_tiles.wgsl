@@ -181,7 +181,7 @@ fn dilate_rows(@builtin(global_invocation_id) id: vec3u) {
 }
 
 /// Everything is in focus: a disc of 0.2 px radius has a standard deviation of 0.1 px.
-const COPY_S = 0.2;
+const COPY_S = 0.05;
 
 fn class_of(mask: vec2u) -> u32 {
     let nearest = edge_of(adaptive, first_bin(mask));

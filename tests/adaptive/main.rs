@@ -434,11 +434,11 @@ fn an_image_with_depth_needs_no_scene() {
 
 #[test]
 fn nothing_is_traced_where_all_tiles_are_in_focus() {
-    let mut view = view_of(vec![quad(2.03, vec2(-9.0, -9.0), vec2(9.0, 9.0), 0)], vec![textured()]);
+    let mut view = view_of(vec![quad(2.015, vec2(-9.0, -9.0), vec2(9.0, 9.0), 0)], vec![textured()]);
     let mut frame = gpu().frame();
     let texture = methods::record(&Adaptive::default(), &mut frame, &mut view, &lens()).unwrap();
     let stats = frame.finish().stats;
-    // |s| = 6 * 0.03 / 2.03 px = 0.09 px: less than what counts as in focus.
+    // |s| = 6 * 0.015 / 2.015 px = 0.045 px: less than what counts as in focus.
     assert_eq!(stats.skipped.get("all tiles in focus"), Some(&1), "{stats:?}");
     // The pinhole image, its bounds, and the copy of its inner frame.
     assert_eq!((stats.views, stats.passes), (1, 3), "{stats:?}");

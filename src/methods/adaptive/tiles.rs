@@ -20,7 +20,7 @@ pub const BINS: u32 = 64;
 
 /// CoC radius, px, below which a tile counts as in focus: `COPY_S` in the shader. A disc
 /// of that radius has a standard deviation of half of it on each axis.
-pub const COPY_RADIUS_PX: f64 = 0.2;
+pub const COPY_RADIUS_PX: f64 = 0.05;
 
 /// Greatest CoC radius, px, that rays are traced for; what is blurred more is blurred as
 /// much as this. Beyond it the search for neighbours costs more than the picture shows.
