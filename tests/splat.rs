@@ -190,7 +190,7 @@ fn the_hidden_image_is_worth_four_db_at_full_size() {
     let mut frame = gpu().frame();
     let z = view.pinhole(&mut frame).depth;
     frame.finish();
-    let near_m = common::front_camera().near_m as f32;
+    let near_m = front_camera().near_m as f32;
     let depths_m = download_depth(gpu(), &z).pixels.into_iter().map(|z| near_m / z);
     let lens = wall_lens().with_mean_coc(8.0, depths_m).unwrap();
     let reference = render(&Accumulation { samples: 1024, view_dependent: false }, &mut view, &lens).image;
