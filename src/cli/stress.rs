@@ -100,11 +100,10 @@ fn summarise(result: &StressJson) -> anyhow::Result<()> {
     if let Some(soak) = &result.soak {
         print(&soak_line(soak))?;
     }
-    let total = result.outcome.as_ref().map(Outcome::total).unwrap_or_default();
-    print(&format!(
-        "{} cases, {} checks, {} failures, {} known limits shown, {:.0} s",
-        total.cases, total.checks, total.failed, total.expected, result.seconds
-    ))
+    if !result.complete {
+        print("stopped before it was done")?;
+    }
+    print(&format!("{:.0} s", result.seconds))
 }
 
 fn report_outcome(outcome: &Outcome) -> anyhow::Result<()> {
@@ -120,7 +119,11 @@ fn report_outcome(outcome: &Outcome) -> anyhow::Result<()> {
     for pass in &outcome.unexpected_passes {
         print(pass)?;
     }
-    Ok(())
+    let total = outcome.total();
+    print(&format!(
+        "{} cases, {} checks, {} failures, {} known limits shown",
+        total.cases, total.checks, total.failed, total.expected
+    ))
 }
 
 fn precision_table(rows: &[PrecisionRow]) -> Table {

@@ -139,14 +139,17 @@ fn ratio(cell: Option<&CellResult>, label: &str) -> Option<f64> {
     cell?.variant(label)?.ratio()
 }
 
-/// What of that multiple the passes take whose label has `part` in it.
-fn part_ratio(cell: Option<&CellResult>, label: &str, part: &str) -> Option<f64> {
+/// What of that multiple the passes take whose label has any of `parts` in it.
+fn part_ratio(cell: Option<&CellResult>, label: &str, parts: &[&str]) -> Option<f64> {
     let variant = cell?.variant(label)?;
     let ms = |wanted: &dyn Fn(&str) -> bool| -> f64 {
         variant.passes.iter().filter(|pass| wanted(&pass.label)).map(|pass| pass.ms).sum()
     };
     let all_ms = ms(&|_| true);
-    (all_ms > 0.0).then(|| ms(&|label| label.contains(part)) / all_ms).zip(variant.ratio()).map(|(share, r)| share * r)
+    (all_ms > 0.0)
+        .then(|| ms(&|label| parts.iter().any(|part| label.contains(part))) / all_ms)
+        .zip(variant.ratio())
+        .map(|(share, r)| share * r)
 }
 
 /// Geometric mean; `None` of nothing.

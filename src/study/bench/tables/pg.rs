@@ -95,8 +95,8 @@ pub(super) fn compared(results: &BenchResults) -> Comparison {
 fn shares(results: &BenchResults) -> String {
     let of = |scene: &&str| {
         let cell = results.cell(scene, blur(0));
-        let sprites = |row: usize| part_ratio(cell, &label(row, 0), "fs_visible");
-        let part = |part| part_ratio(cell, &label(1, 0), part);
+        let sprites = |row: usize| part_ratio(cell, &label(row, 0), &["fs_visible"]);
+        let part = |part| part_ratio(cell, &label(1, 0), &[part]);
         let figures = [part("/pinhole")?, part("/hidden")?, sprites(1)?, sprites(0)?, part("fs_hidden")?];
         let [visible, hidden, each, reduced, hidden_sprites] = figures.map(|copies| format!("{copies:.0}"));
         Some(format!(

@@ -113,7 +113,7 @@ pub(super) fn compared(results: &BenchResults) -> Comparison {
 fn drawing(results: &BenchResults) -> String {
     let of = |scene: &&str| {
         let (cell, label) = (results.cell(scene, BLUR), multiview(32, 8).label());
-        let (slabs, all) = (part_ratio(cell, &label, "/slab ")?, ratio(cell, &label)?);
+        let (slabs, all) = (part_ratio(cell, &label, &["/slab "])?, ratio(cell, &label)?);
         let view = ratio(cell, &accumulation(32).label())? / 32.0;
         Some(format!("{scene}: {slabs:.0} of {all:.0} copies are drawing its 8 slabs, where one view takes {view:.0}"))
     };
