@@ -139,7 +139,7 @@ fn claims(results: &BenchResults) -> Vec<Claim> {
             "32 views, 8 layers: against the reference 1.6, 3.8 and 16 times as fast, more with every triangle",
             format!("reference over multiview: {list}"),
             grows(reference_over_ours),
-            "Drawing the slabs is nearly all of multiview's time here (see the notes), and on a CPU a view takes the longer the more pixels its triangles cover: what is gained is close to the number of views over that of slabs, whatever the triangles.",
+            "Drawing the slabs is most of multiview's time here (see the notes), and on a CPU a view takes the longer the more pixels its triangles cover: what is gained is close to the number of views over that of slabs, whatever the triangles.",
         ),
         Claim::new(
             "From 8 to 32 views (8 layers, Dinosaurs) the time grows 1.74 times: much less than the views",
@@ -151,7 +151,7 @@ fn claims(results: &BenchResults) -> Vec<Claim> {
             "From 8 to 16 layers (32 views, Dinosaurs) the time grows 1.47 times",
             format!("{} times, on cans", cell_text(layers, 2)),
             layers.map(|l| (1.0..2.0).contains(&l)),
-            "Every slab is drawn on its own, which is nearly all of the time here (see the notes): twice as many take about twice as long.",
+            "Every slab is drawn on its own, which is most of the time here (see the notes).",
         ),
     ]
 }
