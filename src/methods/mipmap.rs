@@ -276,7 +276,7 @@ impl Mipmap {
             smoothing: 0,
             in_focus_coc_px: IN_FOCUS_COC_PX as f32,
             unused: [0; 2],
-            disc_variance: array4(DISC_DIAMETERS.map(|diameter| disc_variance(diameter))),
+            disc_variance: array4(DISC_DIAMETERS.map(disc_variance)),
             discs: DISC_NEIGHBOURS.map(|(dx, dy)| array4(DISC_DIAMETERS.map(|d| disc_weight(d, dx, dy)))),
         }
     }
