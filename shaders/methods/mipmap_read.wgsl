@@ -26,6 +26,7 @@
 /// With which a pixel is to be blurred, px^2 per axis.
 @group(0) @binding(9) var new_variance: texture_storage_2d<r32float, write>;
 @group(0) @binding(10) var variance: texture_2d<f32>;
+@group(0) @binding(11) var explained: texture_storage_2d<rgba16float, write>;
 
 /// Classes of tiles.
 const IN_FOCUS = 0u;
@@ -399,4 +400,38 @@ fn blur_as_printed(@builtin(global_invocation_id) id: vec3u) {
         }
     }
     put(id.xy, interpolate(at, level_of_dob(sigma)));
+}
+
+// ---- to look at: (c, DoB, DoB that is used, px; the level that is read for it) ----
+
+@compute @workgroup_size(8, 8)
+fn explain_discs(@builtin(global_invocation_id) id: vec3u) {
+    let at = centre_of(id.xy);
+    let sharp = sharp_blur_at(at);
+    var sigma = sharp.y;
+    if params.smoothing != 0u {
+        let n = min(level_of_dob(blur_at(at, f32(params.levels)).z), f32(params.levels));
+        if n > 0.0 {
+            sigma = blur_at(at, n).y;
+        }
+    }
+    // As `between_nodes` finds it; below the first level the image is read.
+    let texel2_per_variance = 0.25 + BILINEAR_VARIANCE + params.disc_variance.y;
+    let level = 0.5 * log2((variance_of_dob(sigma) + 0.25) / texel2_per_variance);
+    textureStore(explained, id.xy, vec4f(sharp.xy, sigma, clamp(level, 0.0, f32(params.levels))));
+}
+
+@compute @workgroup_size(8, 8)
+fn explain_as_printed(@builtin(global_invocation_id) id: vec3u) {
+    let at = centre_of(id.xy);
+    let sharp = sharp_blur_at(at);
+    var sigma = sharp.y;
+    if params.smoothing != 0u {
+        let n = min(level_of_dob(smooth_blur_at(at, f32(params.levels)).z), f32(params.levels));
+        if n > 0.0 {
+            sigma = smooth_blur_at(at, n).y;
+        }
+    }
+    let level = clamp(level_of_dob(sigma), 0.0, f32(params.levels) + 0.999);
+    textureStore(explained, id.xy, vec4f(sharp.xy, sigma, level));
 }

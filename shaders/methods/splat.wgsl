@@ -51,6 +51,7 @@ struct Params {
 @group(0) @binding(13) var behind_z: texture_storage_2d<r32float, write>;
 @group(0) @binding(14) var chosen_arrays: texture_storage_2d<r32uint, write>;
 @group(0) @binding(15) var result: texture_storage_2d<COLOR_FORMAT, write>;
+@group(0) @binding(16) var explained: texture_storage_2d<rgba16float, write>;
 
 fn visible_coc_px(p: vec2i) -> f32 {
     return coc_diameter_px(lens, textureLoad(visible_depth, clamp_to_image(p, textureDimensions(visible_depth)), 0).r);
@@ -347,4 +348,21 @@ fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
     let same = completed(textureLoad(layer_same, id.xy, 0), textureLoad(hidden_same, id.xy, 0));
     let behind = completed(textureLoad(layer_behind, id.xy, 0), textureLoad(hidden_behind, id.xy, 0));
     textureStore(result, id.xy, composed(behind, same, front));
+}
+
+/// To look at: which of the visible layers (0 in front, 1 at, 2 behind) decides the pixel,
+/// and the share of each.
+@compute @workgroup_size(8, 8)
+fn explain_layers(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(explained)) {
+        return;
+    }
+    let front = saturate(textureLoad(layer_front, id.xy, 0).a);
+    let same = (1.0 - front) * saturate(textureLoad(layer_same, id.xy, 0).a);
+    let behind = (1.0 - front - same) * saturate(textureLoad(layer_behind, id.xy, 0).a);
+    // What sums to less than 1 is divided by its sum, as the composed layers are.
+    let shares = vec3f(front, same, behind) / max(front + same + behind, 1e-6);
+    let greatest = max(shares.x, max(shares.y, shares.z));
+    let layer = select(select(2.0, 1.0, shares.y == greatest), 0.0, shares.x == greatest);
+    textureStore(explained, id.xy, vec4f(layer, shares));
 }

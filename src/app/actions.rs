@@ -201,7 +201,9 @@ impl App {
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
                 ctx.copy_text(state::command_line(&self.document, self.viewport.size_px()));
-                self.messages.note(ctx, "The command line is on the clipboard.");
+                let missing = state::left_out(&self.document).join(", ");
+                let missing = if missing.is_empty() { missing } else { format!(" It leaves out {missing}.") };
+                self.messages.note(ctx, &format!("The command line is on the clipboard.{missing}"));
             }
             Action::Undo => self.undo(),
             Action::Redo => self.redo(),

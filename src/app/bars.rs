@@ -195,6 +195,10 @@ impl App {
                     let each = significant(ms);
                     let help = format!("Pane A's method takes {each} ms for the two eyes of a headset");
                     item(ui, "two eyes", &refresh_text(ms), &help);
+                } else if self.engine.gpu().is_software() {
+                    let help =
+                        "Whether two eyes' frames keep up with a headset is told where a graphics card draws them.";
+                    item(ui, "two eyes", "software adapter: not judged", help);
                 }
                 let stats = self.engine.stats();
                 let drawn = format!("{} triangles, {} passes", stats.triangles, stats.passes);

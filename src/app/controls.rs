@@ -22,7 +22,7 @@ impl App {
                 group(ui, "View", true, |ui| self.view_group(ui));
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
-                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history));
+                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
                 ui.add_space(8.0);
             });
         });
@@ -34,13 +34,15 @@ impl App {
         let fov_x = self.engine.view().map(|view| view.projection().fov_x());
         let acceptable_px = f64::from(self.document.acceptable_coc_px);
         let (lens, automatic) = (&mut self.document.lens, self.document.automatic_lens);
-        let (panel, own) = (&mut self.lens_panel, &mut self.preferences.own_lenses);
+        let (panel, preferences) = (&mut self.lens_panel, &mut self.preferences);
+        (panel.unit, panel.display_by_view) = (preferences.distance_unit, preferences.display_by_view);
         let depths_m = self.engine.depths_m(false);
         let mut changes = LensChanges::default();
         group(ui, "Lens", true, |ui| {
             let readings = LensReadings { depths_m, acceptable_px, size_px, fov_x, has_camera: is_scene };
-            changes = panel.show(ui, lens, automatic, own, readings);
+            changes = panel.show(ui, lens, automatic, &mut preferences.own_lenses, readings);
         });
+        (preferences.distance_unit, preferences.display_by_view) = (panel.unit, panel.display_by_view);
         self.take_lens_changes(changes);
         let aperture = &mut self.document.lens.aperture;
         let mut change = ApertureChange::default();

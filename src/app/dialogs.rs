@@ -10,6 +10,10 @@ use crate::study::DepthArgs;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+/// A dialog that is gone sooner was never there: nobody closes one so fast.
+const NEVER_THERE: Duration = Duration::from_millis(400);
 
 /// Images that bring no depth of their own.
 const WITHOUT_DEPTH: [&str; 4] = ["png", "jpg", "jpeg", "hdr"];
@@ -79,7 +83,9 @@ struct Asking {
     file: String,
     depth_file: String,
     encoding: DepthEncoding,
-    browsing: Option<(Field, Receiver<Option<PathBuf>>)>,
+    browsing: Option<(Field, Receiver<Option<PathBuf>>, Instant)>,
+    /// Whether the system's dialog was asked for and did not come.
+    no_dialog: bool,
     fresh: bool,
 }
 
@@ -130,7 +136,15 @@ impl Dialogs {
     fn ask(&mut self, ctx: &Context, purpose: Purpose, name: String) {
         let file = if name.is_empty() { name } else { self.folder.join(name).to_string_lossy().into_owned() };
         let encoding = DepthEncoding::METRES;
-        self.asking = Some(Asking { purpose, file, depth_file: String::new(), encoding, browsing: None, fresh: true });
+        self.asking = Some(Asking {
+            purpose,
+            file,
+            depth_file: String::new(),
+            encoding,
+            browsing: None,
+            no_dialog: false,
+            fresh: true,
+        });
         ctx.request_repaint();
     }
 
@@ -167,6 +181,11 @@ impl Asking {
         if self.needs_depth() {
             self.file_row(ui, Field::Depth);
             self.encoding_rows(ui);
+        }
+        if self.no_dialog {
+            let text =
+                "The system's file dialog did not open: it needs a desktop portal or zenity. Type the name here.";
+            ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color));
         }
         let note = missing.clone().unwrap_or_else(|| self.note());
         ui.label(RichText::new(note).small().weak());
@@ -296,16 +315,17 @@ impl Asking {
             let _ = sender.send(file.map(|file| file.path().to_owned()));
             ctx.request_repaint();
         });
-        self.browsing = Some((field, receiver));
+        self.browsing = Some((field, receiver, Instant::now()));
     }
 
     fn take_browsed(&mut self) {
-        let Some((field, receiver)) = &self.browsing else { return };
+        let Some((field, receiver, since)) = &self.browsing else { return };
         let file = match receiver.try_recv() {
             Err(TryRecvError::Empty) => return,
             Err(TryRecvError::Disconnected) => None,
             Ok(file) => file,
         };
+        self.no_dialog = file.is_none() && since.elapsed() < NEVER_THERE;
         if let Some(file) = file {
             let text = file.to_string_lossy().into_owned();
             match field {

@@ -134,8 +134,12 @@ impl App {
         if self.stereo().is_some() { self.eyes.shown(id).or(left) } else { left }
     }
 
-    /// GPU time, ms, of pane A's method for both eyes of a headset.
+    /// GPU time, ms, of pane A's method for both eyes of a headset; `None` of a software
+    /// adapter, whose times say nothing about one.
     pub(super) fn both_eyes_ms(&self) -> Option<f64> {
+        if self.engine.gpu().is_software() {
+            return None;
+        }
         let a = self.document.a;
         let left = self.engine.pane(a)?.ms()?;
         let right = self.stereo().and_then(|_| self.eyes.ms(a));

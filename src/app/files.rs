@@ -11,6 +11,9 @@ use eframe::egui::{ColorImage, Context};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+/// What is told where a picture is wanted of a device that is lost.
+const GONE: &str = "the picture went with the graphics device; save the state and start the program again";
+
 /// Ways to keep a picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PictureKind {
@@ -86,6 +89,9 @@ impl App {
 
     fn save_picture(&mut self, id: PaneId, kind: PictureKind, file: &Path) -> Result<(), String> {
         let none = || "there is no picture to save yet: wait for it, or choose another method".to_owned();
+        if self.engine.is_lost() {
+            return Err(GONE.into());
+        }
         match kind {
             PictureKind::Png => {
                 let shown = self.shown(id).ok_or_else(none)?;
@@ -104,6 +110,9 @@ impl App {
 
     /// A pane's picture, as it is shown, to the clipboard.
     pub(super) fn copy_image(&mut self, ctx: &Context, id: PaneId) {
+        if self.engine.is_lost() {
+            return self.messages.error(ctx, GONE);
+        }
         let Some(shown) = self.shown(id) else { return };
         let image = download_rgba8(self.engine.gpu(), shown);
         let size = [image.size.x as usize, image.size.y as usize];
@@ -112,6 +121,9 @@ impl App {
     }
 
     fn start_report(&mut self, ctx: &Context, file: PathBuf) {
+        if self.engine.is_lost() {
+            return self.messages.error(ctx, GONE);
+        }
         if self.task.is_some() {
             self.messages.error(ctx, "a comparison is being made already: wait for it or cancel it");
             return;

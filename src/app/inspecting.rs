@@ -1,6 +1,7 @@
 //! What the inspector is told: values under the pointer, read back while it is open.
 
 use super::App;
+use super::legend::value_text;
 use super::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
 use crate::display::Display;
 use crate::focus::pixel;
@@ -59,11 +60,19 @@ impl App {
         let at_px = pixel(picture.size, own);
         let Some(depth_m) = engine.depth_at_m(own) else { return };
         let same_size = pictures.iter().filter(|(.., p)| p.size == picture.size);
+        let inside = |id| {
+            let (reading, value) = engine.inside_at(id, own)?;
+            Some((reading.quantity.name.to_owned(), value_text(reading, value)))
+        };
         self.inspector.last = Some(Inspection {
             pixel: at_px,
             depth_m,
             panes: same_size
-                .map(|(_, name, p)| PaneValue { name: name.clone(), color: p.at(at_px.x, at_px.y) })
+                .map(|(id, name, p)| PaneValue {
+                    name: name.clone(),
+                    color: p.at(at_px.x, at_px.y),
+                    inside: inside(*id),
+                })
                 .collect(),
             neighbourhood: neighbourhood(picture, at_px, RADIUS_PX),
         });

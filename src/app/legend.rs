@@ -2,7 +2,9 @@
 
 use super::App;
 use super::document::{DifferenceKind, PaneId, Show};
+use super::engine::Reading;
 use super::widgets::significant;
+use crate::methods::Scale;
 use crate::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 
 /// A colour scale with its ends.
@@ -15,12 +17,19 @@ pub struct Legend {
     pub low: String,
     /// At the right end.
     pub high: String,
+    /// Places on the map, from 0 to 1, that have names, in place of a continuous scale.
+    pub names: Vec<(f32, String)>,
 }
+
+/// Whole numbers that have a name each; more of them are shown as a scale.
+const MOST_NAMES: f32 = 16.0;
 
 /// The legend of what a pane shows; `None` for a picture.
 pub fn of(app: &App, id: PaneId) -> Option<Legend> {
     let document = app.document();
-    let legend = |map, title: &str, low: String, high: String| Some(Legend { map, title: title.into(), low, high });
+    let legend = |map, title: &str, low: String, high: String| {
+        Some(Legend { map, title: title.into(), low, high, names: Vec::new() })
+    };
     match &document.pane(id)?.show {
         Show::Picture => None,
         Show::Coc => {
@@ -51,11 +60,38 @@ pub fn of(app: &App, id: PaneId) -> Option<Legend> {
                 DifferenceKind::Flip => legend(Map::Error, "FLIP", "0".into(), "1".into()),
             }
         }
-        Show::Inside(inside) => {
-            let pane = app.engine().pane(id)?;
-            let (name, _) = pane.exposed_as(inside)?;
-            let [low, high] = pane.range()?.map(|v| significant(f64::from(v)));
-            legend(Map::Sequential, name, low, high)
-        }
+        Show::Inside(_) => Some(of_reading(app.engine().pane(id)?.reading()?)),
     }
+}
+
+/// The legend of numbers from inside a method.
+fn of_reading(reading: &Reading) -> Legend {
+    let [low, high] = reading.ends;
+    let names = match reading.quantity.scale {
+        Scale::Classes(classes) => classes.iter().map(|(value, name)| (*value, (*name).to_owned())).collect(),
+        Scale::Whole if high - low < MOST_NAMES => {
+            (low as i32..=high as i32).map(|i| (i as f32, i.to_string().replace('-', "−"))).collect()
+        }
+        _ => Vec::new(),
+    };
+    Legend {
+        map: reading.map(),
+        title: reading.quantity.name.into(),
+        low: value_text(reading, low),
+        high: value_text(reading, high),
+        names: names.into_iter().map(|(value, name): (f32, String)| (reading.place(value), name)).collect(),
+    }
+}
+
+/// A stored value as a number with its unit, or as the name of its class.
+pub fn value_text(reading: &Reading, value: f32) -> String {
+    let quantity = &reading.quantity;
+    if let Scale::Classes(classes) = quantity.scale
+        && let Some((_, name)) = classes.iter().find(|(known, _)| *known == value)
+    {
+        return (*name).to_owned();
+    }
+    let shown = f64::from(value * quantity.one);
+    let sign = if shown < 0.0 { "−" } else { "" };
+    format!("{sign}{}{}", significant(shown.abs()), quantity.unit)
 }

@@ -74,9 +74,11 @@ impl Messages {
     }
 }
 
-/// The text in lines of at most [`COLUMNS`] characters, longer words cut.
+/// The text in lines of at most [`COLUMNS`] characters, longer words cut. The frames that
+/// a shader compiler draws around lines go: the interface's font has no such letters.
 fn wrapped(text: &str) -> String {
     let mut lines = vec![String::new()];
+    let text: String = text.chars().map(|c| if ('\u{2500}'..='\u{257f}').contains(&c) { ' ' } else { c }).collect();
     for word in text.split_whitespace() {
         let letters: Vec<char> = word.chars().collect();
         for piece in letters.chunks(COLUMNS) {

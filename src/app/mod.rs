@@ -61,11 +61,11 @@ pub use document::{
     Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MAX_PANES, MethodChoice, PaneId, PaneState,
     REFERENCE_SAMPLES, Show, Zoom,
 };
-pub use engine::{DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Judged, Pane, Request};
+pub use engine::{DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Judged, Pane, Reading, Request};
 pub use files::PictureKind;
 pub use panes::PaneTree;
 pub use preferences::{Navigation, Preferences, Theme};
-pub use state::{StateError, command_line, read as read_state, write as write_state};
+pub use state::{StateError, command_line, left_out, read as read_state, write as write_state};
 pub use style::apply as apply_style;
 pub use timing::{History, Quantiles};
 
@@ -98,6 +98,9 @@ pub struct AppOptions {
     pub preferences: Option<Preferences>,
     /// The folder in which files are saved at first; the current one without it.
     pub folder: Option<PathBuf>,
+    /// The folder whose shaders are read again on save; that of the program's source
+    /// without it.
+    pub shaders: Option<PathBuf>,
 }
 
 /// Keys under which the window's storage holds what is kept.
@@ -251,7 +254,7 @@ impl App {
             loader: Default::default(),
             loaded: None,
             watched: Default::default(),
-            reload: Default::default(),
+            reload: shaders::Reload::of(options.shaders),
             dialogs: dialogs::Dialogs::in_folder(options.folder.unwrap_or_default()),
             palette: Default::default(),
             task: None,
@@ -317,6 +320,7 @@ impl App {
     pub fn is_settled(&self) -> bool {
         self.started
             && self.loader.loading().is_none()
+            && self.shows_what_is_named()
             && self.task.is_none()
             && self.engine.wants_update_in().is_none()
             && self.eyes.wants_update_in().is_none()
@@ -447,12 +451,16 @@ impl App {
     /// Brings the pictures up to date with what was changed in this frame. They are
     /// painted after it, so that they follow the mouse without delay.
     fn update_pictures(&mut self, ui: &Ui) {
-        let wanted = (&self.document.scene, &self.document.depth);
-        let is_there = self.loaded.as_ref().is_some_and(|(scene, depth)| (scene, depth) == wanted);
-        if is_there {
+        if self.shows_what_is_named() {
             self.update_engine(ui);
         }
         self.register_textures(ui.ctx());
+    }
+
+    /// Whether the engine has what the document names.
+    fn shows_what_is_named(&self) -> bool {
+        let wanted = (&self.document.scene, &self.document.depth);
+        self.loaded.as_ref().is_some_and(|(scene, depth)| (scene, depth) == wanted)
     }
 
     /// Tells egui about the textures that the engine made.

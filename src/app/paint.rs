@@ -1,9 +1,9 @@
 //! What is painted in a pane: pictures, legend, cursor, messages.
 
 use super::document::PaneId;
+use super::engine::Place;
 use super::legend::{self, Legend};
-use super::viewport::placed;
-use super::{App, Show, Zoom};
+use super::{App, Show};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
@@ -64,7 +64,7 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     let painter = ui.painter_at(part);
     let engine_pane = app.engine.pane(id);
     if let (Some(texture), Some(shown)) = (app.textures.get(&id), app.shown(id)) {
-        painter.image(texture.id, place_of(app, ui, part, picture, id, shown.size().as_vec2()), WHOLE, Color32::WHITE);
+        painter.image(texture.id, place_of(app, picture, id, shown.size().as_vec2()), WHOLE, Color32::WHITE);
     }
     if let Some(error) = engine_pane.and_then(|p| p.error()) {
         painter.rect_filled(part, CornerRadius::ZERO, Color32::from_black_alpha(140));
@@ -76,16 +76,19 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     }
 }
 
-/// Where a texture lies: on the picture, or, of another shape, in the pane by itself.
-fn place_of(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId, size: glam::Vec2) -> Rect {
+/// Where a texture lies: on the picture, so that both show the same thing in the same
+/// place.
+fn place_of(app: &App, picture: Rect, id: PaneId, size: glam::Vec2) -> Rect {
     let inside = app.document.pane(id).is_some_and(|p| matches!(p.show, Show::Inside(_)));
-    let shape = picture.width() / picture.height();
-    if !inside || (size.x / size.y / shape - 1.0).abs() < 0.02 {
-        return picture;
+    match app.engine.size() {
+        Some(inner) if inside => {
+            let place = Place::of(size.as_uvec2(), inner, app.engine.overscan_px());
+            let scale = picture.size() / vec2(inner.x as f32, inner.y as f32);
+            let px = |v: glam::Vec2| vec2(v.x, v.y) * scale;
+            Rect::from_min_size(picture.min + px(place.min), px(place.size))
+        }
+        _ => picture,
     }
-    let ppp = ui.ctx().pixels_per_point();
-    let zoom = app.document.zoom.scale.map(|scale| scale * app.viewport.size_px().x as f32 / size.x);
-    placed(part, vec2(size.x, size.y) / ppp, Zoom { scale: zoom, ..app.document.zoom }, ppp)
 }
 
 /// The pointer's place in the panes that it is not in, and the pixel under it where pixels
@@ -123,6 +126,9 @@ fn divider(painter: &Painter, picture: Rect, x: f32) {
 }
 
 fn paint_legend(painter: &Painter, area: Rect, legend: &Legend) {
+    if !legend.names.is_empty() {
+        return paint_names(painter, area, legend);
+    }
     let size = vec2(LEGEND.x.min(area.width() - 2.0 * INSET), LEGEND.y);
     if size.x < 80.0 || area.height() < 2.0 * size.y {
         return;
@@ -147,6 +153,42 @@ fn paint_legend(painter: &Painter, area: Rect, legend: &Legend) {
     text(inner.right_bottom(), Align2::RIGHT_BOTTOM, &legend.high);
 }
 
+/// A legend of colours with a name each, in as many rows as they take.
+fn paint_names(painter: &Painter, area: Rect, legend: &Legend) {
+    const ROW: f32 = 17.0;
+    const SWATCH: f32 = 11.0;
+    let width = LEGEND.x.min(area.width() - 2.0 * INSET) - 20.0;
+    if width < 60.0 {
+        return;
+    }
+    let font = FontId::proportional(11.5);
+    let mut at = vec2(0.0, ROW);
+    let mut placed = Vec::new();
+    for (place, name) in &legend.names {
+        let text = painter.layout_no_wrap(name.clone(), font.clone(), Color32::WHITE);
+        let needed = SWATCH + 4.0 + text.size().x;
+        if at.x > 0.0 && at.x + needed > width {
+            at = vec2(0.0, at.y + ROW);
+        }
+        placed.push((at, *place, text));
+        at.x += needed + 10.0;
+    }
+    let size = vec2(width + 20.0, at.y + ROW + 14.0);
+    if area.height() < size.y + INSET {
+        return;
+    }
+    let panel = Rect::from_min_size(area.right_bottom() - size - vec2(INSET, INSET), size);
+    painter.rect_filled(panel, CornerRadius::same(5), SHADE);
+    let corner = panel.min + vec2(10.0, 7.0);
+    painter.text(corner, Align2::LEFT_TOP, &legend.title, font, Color32::WHITE);
+    for (offset, place, text) in placed {
+        let [r, g, b] = legend.map.srgb8(place);
+        let swatch = Rect::from_min_size(corner + offset + vec2(0.0, 2.0), vec2(SWATCH, SWATCH));
+        painter.rect_filled(swatch, CornerRadius::same(2), Color32::from_rgb(r, g, b));
+        painter.galley(corner + offset + vec2(SWATCH + 4.0, 0.0), text, Color32::WHITE);
+    }
+}
+
 /// Reticle, messages and hint of a pane.
 pub fn over(app: &App, ui: &Ui, area: Rect, id: PaneId) {
     if let (Some(at), Some(picture)) = (app.focus_motion.clicked_at(), app.viewport.picture(id)) {
@@ -158,7 +200,7 @@ pub fn over(app: &App, ui: &Ui, area: Rect, id: PaneId) {
         (_, Some(spec)) if is_first => loading(ui, area, spec),
         (Some(problem), None) if is_first => banner(ui, area, problem),
         (None, None) if is_first && app.viewport.hint && app.engine.source().is_some() => {
-            banner(ui, area, "Click what should be sharp · drag to look around · press V to compare with the truth");
+            hint(ui, area, "Click what should be sharp · drag to look around · press V to compare with the truth");
         }
         _ => {}
     }
@@ -170,7 +212,14 @@ fn reticle(painter: &Painter, at: Pos2) {
     painter.circle_stroke(at, 13.0, Stroke::new(1.5, Color32::WHITE));
 }
 
-/// A line at the lower border: a hint, or what is wrong.
+/// A line at the upper border, where no legend is.
+fn hint(ui: &Ui, area: Rect, text: &str) {
+    let painter = ui.painter_at(area);
+    let galley = wrapped(&painter, text, area.width() - 4.0 * INSET);
+    label(&painter, area.center_top() + vec2(0.0, INSET), Align2::CENTER_TOP, galley);
+}
+
+/// A line at the lower border: what is wrong.
 fn banner(ui: &Ui, area: Rect, text: &str) {
     let painter = ui.painter_at(area);
     let galley = wrapped(&painter, text, area.width() - 4.0 * INSET);

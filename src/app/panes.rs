@@ -3,7 +3,8 @@
 use super::document::{Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MethodChoice, PaneId, Show};
 use super::widgets::{combo, significant};
 use super::{App, actions::Action, style};
-use crate::methods;
+use crate::gpu::Texture;
+use crate::methods::{self, Meaning};
 use eframe::egui::{
     self, Align, Button, Color32, CornerRadius, DragValue, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui,
     UiBuilder, WidgetInfo, WidgetText, pos2, vec2,
@@ -240,8 +241,15 @@ impl App {
 
     /// The second row of the head: which difference, which texture.
     fn details(&mut self, ui: &mut Ui, id: PaneId) {
-        let exposed: Vec<(String, u32, u32)> = self.engine.pane(id).map_or_else(Vec::new, |pane| {
-            pane.exposed().map(|(name, t)| (name.to_owned(), t.levels(), t.layers())).collect()
+        let exposed: Vec<Exposed> = self.engine.pane(id).map_or_else(Vec::new, |pane| {
+            let exposed = |(name, t): (&str, &Texture)| Exposed {
+                name: name.to_owned(),
+                levels: t.levels(),
+                layers: t.layers(),
+                components: t.format().components(),
+                meaning: pane.meaning(name),
+            };
+            pane.exposed().map(exposed).collect()
         });
         let others: Vec<(PaneId, String)> = (self.document.panes.iter().enumerate())
             .filter(|(_, p)| p.id != id)
@@ -261,8 +269,11 @@ impl App {
             let pane = self.engine.pane(id);
             if let Some(ms) = pane.and_then(|p| p.ms()) {
                 let each = if pane.is_some_and(|p| p.progress().is_some()) { " a view" } else { "" };
-                ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small())
-                    .on_hover_text("GPU time of the method's last frame");
+                let help = match self.engine.gpu().is_software() {
+                    true => "Time of the last frame in which only this pane was drawn, from its submission: a software adapter has no times of its own",
+                    false => "GPU time of the method's last frame",
+                };
+                ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small()).on_hover_text(help);
             }
             if self.engine.is_behind(id) {
                 ui.label(RichText::new("updates slower").small().color(ui.visuals().warn_fg_color))
@@ -354,20 +365,30 @@ fn difference_row(ui: &mut Ui, id: PaneId, difference: &mut Difference, others: 
     }
 }
 
-fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[(String, u32, u32)]) {
+/// A texture that a method exposes.
+struct Exposed {
+    name: String,
+    levels: u32,
+    layers: u32,
+    components: u8,
+    meaning: Meaning,
+}
+
+fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[Exposed]) {
     if exposed.is_empty() {
         ui.weak("nothing inside: everything is in focus, or the method has no steps");
         return;
     }
-    let names: Vec<&str> = exposed.iter().map(|(name, ..)| name.as_str()).collect();
-    let before = exposed.iter().position(|(name, ..)| *name == inside.name).unwrap_or(0);
+    let names: Vec<&str> = exposed.iter().map(|e| e.name.as_str()).collect();
+    let before = exposed.iter().position(|e| e.name == inside.name).unwrap_or(0);
     let mut chosen = before;
-    let width = (ui.available_width() - 210.0).clamp(50.0, 190.0);
+    let width = (ui.available_width() - 250.0).clamp(50.0, 190.0);
     let list = combo(ui, &format!("inside {id}"), &mut chosen, &names, width);
     list.accessible_name(format!("Texture in pane {id}")).on_hover_text("Intermediate textures of the method");
-    let (name, levels, layers) = &exposed[chosen];
+    let texture = &exposed[chosen];
     if chosen != before || inside.name.is_empty() {
-        inside.name = name.clone();
+        // What was shown of another texture means nothing in this one.
+        *inside = Inside { name: texture.name.clone(), ..Inside::default() };
     }
     let number = |ui: &mut Ui, what: &str, value: &mut u32, count: u32| {
         if count > 1 {
@@ -377,24 +398,25 @@ fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[(String, 
             ui.add(drag).accessible_name(name).on_hover_text(format!("{what}, 0 to {}", count - 1));
         }
     };
-    number(ui, "level", &mut inside.level, *levels);
-    number(ui, "layer", &mut inside.layer, *layers);
-    let names = channel_names(name);
-    let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let mut channel = Channel::ALL.iter().position(|(c, _)| *c == inside.channel).unwrap_or(0);
-    let list = combo(ui, &format!("channel {id}"), &mut channel, &names, 64.0);
-    list.accessible_name(format!("Channel in pane {id}"));
-    inside.channel = Channel::ALL[channel].0;
+    number(ui, "level", &mut inside.level, texture.levels);
+    number(ui, "layer", &mut inside.layer, texture.layers);
+    channel_list(ui, id, &mut inside.channel, texture);
 }
 
-/// Names of the channels of an exposed texture: "CoC, DoB, DoN" names three.
-fn channel_names(texture: &str) -> Vec<String> {
-    let own: Vec<&str> = texture.split(", ").collect();
-    let name = |(i, (_, letter)): (usize, &(Channel, &str))| match (own.len() > 1, i.checked_sub(1)) {
-        (true, Some(channel)) => own.get(channel).map_or_else(|| (*letter).to_owned(), |name| (*name).to_owned()),
-        _ => (*letter).to_owned(),
+/// Which numbers of the texture are shown, by their names where they have some.
+fn channel_list(ui: &mut Ui, id: PaneId, channel: &mut Channel, texture: &Exposed) {
+    let quantities = texture.meaning.quantities();
+    let offered: Vec<(Channel, &str)> = match (quantities.len(), texture.components) {
+        (0, 1) => vec![(Channel::Red, "R")],
+        (0, _) => Channel::ALL.to_vec(),
+        _ => Channel::ALL.iter().skip(1).zip(quantities).map(|((channel, _), q)| (*channel, q.name)).collect(),
     };
-    Channel::ALL.iter().enumerate().map(name).collect()
+    let names: Vec<&str> = offered.iter().map(|(_, name)| *name).collect();
+    let mut chosen = offered.iter().position(|(c, _)| c == channel).unwrap_or(0);
+    let width = (ui.available_width() - 4.0).clamp(50.0, 120.0);
+    let list = combo(ui, &format!("channel {id}"), &mut chosen, &names, width);
+    list.accessible_name(format!("Channel in pane {id}")).on_hover_text("Which numbers of the texture are shown");
+    *channel = offered[chosen].0;
 }
 
 /// A method for a pane that is added beside `existing`: the reference first, then what is

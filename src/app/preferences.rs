@@ -1,6 +1,7 @@
 //! What belongs to the person at the window and not to the picture in it: kept from one
 //! session to the next and left alone by undo.
 
+use super::panels::DistanceUnit;
 use crate::presets::LensPreset;
 use std::path::{Path, PathBuf};
 
@@ -17,6 +18,10 @@ pub struct Preferences {
     pub navigation: Navigation,
     /// Light, dark, or as the system has it.
     pub theme: Theme,
+    /// Unit of the focus distance.
+    pub distance_unit: DistanceUnit,
+    /// Whether the lens's display is given by field of view and resolution.
+    pub display_by_view: bool,
     /// Lenses saved under a name.
     pub own_lenses: Vec<LensPreset>,
     /// Files opened before, the last first.
@@ -31,6 +36,8 @@ impl Default for Preferences {
             smooth_focus: true,
             navigation: Navigation::Orbit,
             theme: Theme::System,
+            distance_unit: DistanceUnit::default(),
+            display_by_view: false,
             own_lenses: Vec::new(),
             recent: Vec::new(),
             reload_shaders: false,

@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 const FOLDER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/shaders");
 
 /// The watch over the shaders, while there is one.
-#[derive(Default)]
 pub struct Reload {
+    folder: PathBuf,
     watched: Watched,
     /// The shaders as the running program knows them.
     known: HashMap<String, Module>,
@@ -21,6 +21,12 @@ pub struct Reload {
 }
 
 impl Reload {
+    /// Of the shaders in `folder`; those of the source tree without it. Not active.
+    pub fn of(folder: Option<PathBuf>) -> Self {
+        let folder = folder.unwrap_or_else(|| FOLDER.into());
+        Self { folder, watched: Watched::default(), known: HashMap::new(), active: false }
+    }
+
     /// Starts or stops watching; an error in words if there is nothing to watch.
     pub fn set_active(&mut self, active: bool, ctx: &Context) -> Result<(), String> {
         if active == self.active {
@@ -31,11 +37,11 @@ impl Reload {
         if !active {
             return Ok(());
         }
-        let folder = Path::new(FOLDER);
+        let folder = &self.folder;
         let mut files = Vec::new();
         collect(folder, &mut files);
         if files.is_empty() {
-            return Err(format!("there are no shaders in {FOLDER}: run the program from its source tree"));
+            return Err(format!("there are no shaders in {}: run the program from its source tree", folder.display()));
         }
         self.known.clear();
         for file in &files {
@@ -53,7 +59,7 @@ impl Reload {
     /// why others were not.
     pub fn replace_saved(&mut self, gpu: &Gpu) -> Vec<Result<String, String>> {
         let saved = self.watched.take();
-        saved.iter().map(|file| self.replace(gpu, &name_of(Path::new(FOLDER), file), file)).collect()
+        saved.iter().map(|file| self.replace(gpu, &name_of(&self.folder, file), file)).collect()
     }
 
     /// Replaces one shader by what a file holds.
@@ -131,7 +137,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_embedded_shaders() {
-        let folder = Path::new(FOLDER);
+        let folder = &self.folder;
         assert_eq!(name_of(folder, &folder.join("methods/mipmap.wgsl")), "methods/mipmap");
     }
 }

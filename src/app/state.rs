@@ -133,6 +133,19 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
 }
 
+/// What [`command_line`] has no words for, in words.
+pub fn left_out(document: &Document) -> Vec<&'static str> {
+    let reference = |p: &&PaneState| p.method.id == "accumulation" && document.panes.len() > 1;
+    let shown = document.panes.iter().filter(|p| !reference(p)).count();
+    let whole = [
+        (document.stereo.is_some(), "the right eye"),
+        (document.panes.iter().any(|p| p.show != super::Show::Picture), "overlays and differences"),
+        (document.channel != Default::default(), "the choice of a channel"),
+        (distinct(document).len() < shown, "further panes of one method"),
+    ];
+    whole.into_iter().filter(|(is_left_out, _)| *is_left_out).map(|(_, what)| what).collect()
+}
+
 /// The panes, of several with one method the first; the reference comes by itself.
 fn distinct(document: &Document) -> Vec<&PaneState> {
     let mut found: Vec<&PaneState> = Vec::new();

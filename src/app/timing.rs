@@ -101,7 +101,7 @@ impl History {
 }
 
 /// Plot and table.
-pub fn show(ui: &mut egui::Ui, history: &History) {
+pub fn show(ui: &mut egui::Ui, history: &History, skipped: &BTreeMap<String, u64>) {
     if history.frames.is_empty() {
         ui.weak("No frame was rendered yet.");
         return;
@@ -109,6 +109,11 @@ pub fn show(ui: &mut egui::Ui, history: &History) {
     plot(ui, history);
     ui.add_space(4.0);
     table(ui, history);
+    for (what, times) in skipped {
+        let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
+        let text = egui::RichText::new(format!("skipped: {what}{times}")).small().weak();
+        ui.label(text).on_hover_text("Work that the last frame did not need");
+    }
 }
 
 fn plot(ui: &mut egui::Ui, history: &History) {

@@ -24,7 +24,7 @@ mod cpu;
 pub use circle::{CircleSampling, Circles, Coverage};
 pub use cpu::{LinearFilter, linear_cpu};
 
-use super::{About, Apertures, Method, MethodError, Param};
+use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Frame, Shader, Texture};
 use crate::image::Image;
 use crate::lens::Lens;
@@ -84,6 +84,10 @@ uniform! {
         reach: u32,
     }
 }
+
+/// Names of what is exposed.
+const CIRCLES: &str = "circles";
+const TILE_CIRCLES: &str = "greatest circle of each tile";
 
 impl Method for Linear {
     fn about(&self) -> About {
@@ -164,6 +168,15 @@ impl Method for Linear {
         }
     }
 
+    fn meaning(&self, name: &str) -> Meaning {
+        let radius = Quantity::new("radius", " px", Scale::Found);
+        match name {
+            CIRCLES => Meaning::numbers([radius, Quantity::new("energy a pixel", "", Scale::Found)]),
+            TILE_CIRCLES => Meaning::numbers([radius]),
+            _ => Meaning::Picture,
+        }
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }
@@ -211,8 +224,8 @@ impl Linear {
         let sub_pixels = frame.gpu().buffer_of("sub-pixels", &sub_pixels);
         let outer = color.size();
         let tiles = (outer + TILE_PX - 1) / TILE_PX;
-        let circles = frame.texture("circles", outer, wgpu::TextureFormat::Rg32Float);
-        let tile_radius = frame.texture("greatest circle of each tile", tiles, wgpu::TextureFormat::R32Float);
+        let circles = frame.texture(CIRCLES, outer, wgpu::TextureFormat::Rg32Float);
+        let tile_radius = frame.texture(TILE_CIRCLES, tiles, wgpu::TextureFormat::R32Float);
         frame
             .pass(&SHADER, "measure_circles")
             .uniform("lens", &lens_uniform)
@@ -222,8 +235,8 @@ impl Linear {
             .texture("circles_out", &circles)
             .texture("tile_radius_out", &tile_radius)
             .dispatch(outer);
-        frame.expose("circles", &circles);
-        frame.expose("greatest circle of each tile", &tile_radius);
+        frame.expose(CIRCLES, &circles);
+        frame.expose(TILE_CIRCLES, &tile_radius);
         let result = frame.color_texture("linear", view.size());
         frame
             .pass(&SHADER, "gather_circles")

@@ -18,7 +18,8 @@
 //! lens's own ("measured"); the paper's constant is the other setting.
 
 use super::tile_lists::{DEFOCUSED, FocusMap, IN_FOCUS, TILE_PX, TileLists};
-use super::{About, Apertures, CircleSampling, Circles, IN_FOCUS_COC_PX, Method, MethodError, Param};
+use super::{About, Apertures, CircleSampling, Circles, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param};
+use super::{Quantity, Scale};
 use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
@@ -27,6 +28,10 @@ use glam::UVec2;
 
 const SHADER: Shader = shader!("methods/mipmap");
 const READ: Shader = shader!("methods/mipmap_read");
+
+/// Names of what is exposed.
+const BLUR_PYRAMID: &str = "CoC, DoB, DoN";
+const EXPLAINED: &str = "blur and level of each pixel";
 
 /// Mipmap interpolation with the paper's constants as parameters.
 #[derive(Clone, Debug)]
@@ -235,6 +240,24 @@ impl Method for Mipmap {
         Ok(result)
     }
 
+    fn meaning(&self, name: &str) -> Meaning {
+        let px = |name, scale| Quantity::new(name, " px", scale);
+        match name {
+            BLUR_PYRAMID => Meaning::numbers([
+                px("CoC", Scale::Signed),
+                px("DoB", Scale::Found),
+                px("DoN", Scale::Found),
+            ]),
+            EXPLAINED => Meaning::numbers([
+                px("CoC", Scale::Signed),
+                px("DoB", Scale::Found),
+                px("smoothed DoB", Scale::Found),
+                Quantity::new("mipmap level", "", Scale::Found),
+            ]),
+            _ => Meaning::Picture,
+        }
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }
@@ -362,7 +385,7 @@ fn build_pyramids(
         }
     }
     frame.expose("colour pyramid", &color);
-    frame.expose("CoC, DoB, DoN", &blur);
+    frame.expose(BLUR_PYRAMID, &blur);
     Pyramids { color, blur }
 }
 
@@ -429,6 +452,23 @@ impl Reading<'_> {
             .sampler("linear_clamp", SamplerKind::Linear)
             .texture("result", self.result)
             .dispatch(self.result.size());
+        self.explain(frame, "explain_as_printed", &pyramids.blur);
+    }
+
+    /// Exposes what each pixel is blurred by, and where in the pyramid that is read.
+    fn explain(&self, frame: &mut Frame<'_>, entry: &str, blur: &Texture) {
+        if !frame.keeps_intermediates() {
+            return;
+        }
+        let explained = frame.texture(EXPLAINED, self.result.size(), wgpu::TextureFormat::Rgba16Float);
+        self.pass(frame, entry)
+            .uniform("lens", &self.uniforms.lens)
+            .texture("depth", &self.pinhole.depth)
+            .texture("blur_pyramid", blur)
+            .sampler("linear_clamp", SamplerKind::Linear)
+            .texture("explained", &explained)
+            .dispatch(explained.size());
+        frame.expose(EXPLAINED, &explained);
     }
 
     /// Tiles by what they need.
@@ -461,6 +501,7 @@ impl Reading<'_> {
             smoothed.plan(frame);
             self.blur_tiles(frame, &smoothed, &blurred);
         }
+        self.explain(frame, "explain_discs", &blur);
     }
 
     /// The tiles that are listed as in focus, near or far.

@@ -68,6 +68,7 @@
 mod accumulation;
 pub mod adaptive;
 mod linear;
+mod meaning;
 mod mipmap;
 pub mod multiview;
 mod opaque;
@@ -85,6 +86,7 @@ pub mod tile_lists;
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use adaptive::Adaptive;
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
+pub use meaning::{Meaning, Quantity, Scale};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapFilter, MipmapInterpolation};
 pub use multiview::Multiview;
 pub use opaque::Opaque;
@@ -190,6 +192,11 @@ pub trait Method: Send + Sync {
     /// which has checked the lens and that there is something to blur.
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError>;
 
+    /// What a texture means that [`Method::record`] exposes under `name`.
+    fn meaning(&self, _name: &str) -> Meaning {
+        Meaning::Picture
+    }
+
     /// For a method whose picture gets better over many frames: a run of them, and how many
     /// there are to be.
     fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {
@@ -250,11 +257,24 @@ pub fn record(
         false => method.record(frame, view, lens)?,
     };
     if frame.keeps_intermediates() {
-        let pinhole = view.pinhole(frame);
-        frame.expose("pinhole image", &pinhole.color);
-        frame.expose("stored depth", &pinhole.depth);
+        expose_pinhole(frame, view);
     }
     Ok(result)
+}
+
+/// Offers what every method begins with.
+pub fn expose_pinhole(frame: &mut Frame<'_>, view: &mut View) {
+    let pinhole = view.pinhole(frame);
+    frame.expose("pinhole image", &pinhole.color);
+    frame.expose(STORED_DEPTH, &pinhole.depth);
+}
+
+/// Name under which [`expose_pinhole`] exposes depth.
+const STORED_DEPTH: &str = "stored depth";
+
+/// What a texture means that `method`, or [`record`] around it, exposes under `name`.
+pub fn meaning(method: &dyn Method, name: &str) -> Meaning {
+    if name == STORED_DEPTH { Meaning::stored_depth() } else { method.meaning(name) }
 }
 
 /// The method called `id` with its default parameters, or an error that lists all.

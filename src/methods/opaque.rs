@@ -19,8 +19,8 @@
 //! `1 - (1 - a)^(|i| + 1)`: nearer sub-images weigh too much. The calibration "measured" undoes
 //! that; "paper" keeps it.
 
-use super::subimages::{Spacing, SubImages, Wanted};
-use super::{About, Apertures, Method, MethodError, Param};
+use super::subimages::{self, Spacing, SubImages, Wanted};
+use super::{About, Apertures, Meaning, Method, MethodError, Param};
 use crate::gpu::{Frame, Precision, Shader, Texture};
 use crate::lens::Lens;
 use crate::shader;
@@ -103,6 +103,10 @@ impl Method for Opaque {
             .dispatch(result.size());
         frame.precision = precision;
         Ok(result)
+    }
+
+    fn meaning(&self, name: &str) -> Meaning {
+        subimages::meaning(name)
     }
 
     fn boxed(&self) -> Box<dyn Method> {

@@ -21,8 +21,8 @@
 //! the opacity reached, so that flat colours stay what they are; `repeated_inclusion` brings
 //! the excess back.
 
-use super::subimages::{Spacing, SubImages, Wanted};
-use super::{About, Apertures, Method, MethodError, Param};
+use super::subimages::{self, Spacing, SubImages, Wanted};
+use super::{About, Apertures, Meaning, Method, MethodError, Param};
 use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::shader;
@@ -96,6 +96,10 @@ impl Method for Pyramid {
             .texture("result", &result)
             .dispatch(result.size());
         Ok(result)
+    }
+
+    fn meaning(&self, name: &str) -> Meaning {
+        subimages::meaning(name)
     }
 
     fn boxed(&self) -> Box<dyn Method> {

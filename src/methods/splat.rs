@@ -25,7 +25,7 @@
 //! without H, 32.0 dB with it added and 33.8 dB with it filling (192x144, 64 lens points).
 
 use super::sprites::{SpriteTable, SpritesUniform, sum_format};
-use super::{About, Apertures, Method, MethodError, Param};
+use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Blend, Draw, Frame, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{Layer, LayerQuery, LensUniform, View};
@@ -226,10 +226,31 @@ impl Method for Splat {
         Ok(pass.compose(frame, Some(&hidden_layers)))
     }
 
+    fn meaning(&self, name: &str) -> Meaning {
+        let share = |name| Quantity::new(name, " %", Scale::Found).worth(100.0);
+        match name {
+            EXPLAINED => Meaning::numbers([
+                Quantity::new("deciding layer", "", Scale::Classes(&LAYERS)),
+                share("share in front"),
+                share("share at"),
+                share("share behind"),
+            ]),
+            HIDDEN_LIMIT => Meaning::stored_depth(),
+            _ => Meaning::Picture,
+        }
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }
 }
+
+/// Names of what is exposed.
+const HIDDEN_LIMIT: &str = "hidden limit";
+const EXPLAINED: &str = "layers of each pixel";
+
+/// The layers as the shader numbers them.
+const LAYERS: [(f32, &str); 3] = [(0.0, "in front"), (1.0, "at"), (2.0, "behind")];
 
 impl Splat {
     fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
@@ -298,14 +319,14 @@ impl Splatting {
     /// Equation (4): z below which hidden surfaces are accepted, 0 where none is.
     fn hidden_limit(&self, frame: &mut Frame<'_>) -> Texture {
         let size = self.visible.depth.size();
-        let limit = frame.texture("hidden limit", size, wgpu::TextureFormat::R32Float);
+        let limit = frame.texture(HIDDEN_LIMIT, size, wgpu::TextureFormat::R32Float);
         let pass = frame.pass(&SHADER, "find_hidden_limit").texture("behind_z", &limit);
         pass.uniform("lens", &self.lens)
             .uniform("sprites", &self.sprites)
             .uniform("params", &self.params)
             .texture("visible_depth", &self.visible.depth)
             .dispatch(size);
-        frame.expose("hidden limit", &limit);
+        frame.expose(HIDDEN_LIMIT, &limit);
         limit
     }
 
@@ -385,6 +406,17 @@ impl Splatting {
         let [front, same, behind] = &self.layers;
         for (name, layer) in [("L0: in front", front), ("L1: at", same), ("L2: behind", behind)] {
             frame.expose(name, layer);
+        }
+        if frame.keeps_intermediates() {
+            let explained = frame.texture(EXPLAINED, self.size, wgpu::TextureFormat::Rgba16Float);
+            frame
+                .pass(&SHADER, "explain_layers")
+                .texture("explained", &explained)
+                .texture("layer_front", front)
+                .texture("layer_same", same)
+                .texture("layer_behind", behind)
+                .dispatch(self.size);
+            frame.expose(EXPLAINED, &explained);
         }
         let result = frame.color_texture("splat", self.size);
         let pass = match hidden {

@@ -20,7 +20,7 @@
 //! All sub-images are layers of one array texture a level: a level of all of them is one
 //! pass.
 
-use super::Param;
+use super::{Meaning, Param, Quantity, Scale};
 use crate::gpu::{Frame, Pass, Precision, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
@@ -28,6 +28,20 @@ use crate::{shader, uniform};
 use glam::UVec2;
 
 const SHADER: Shader = shader!("methods/subimages");
+const EXPLAIN_SHADER: Shader = shader!("methods/subimages_explain");
+
+/// Name under which the sub-image of each pixel is exposed.
+const EXPLAINED: &str = "sub-image of each pixel";
+
+/// What a texture of these passes means.
+pub(super) fn meaning(name: &str) -> Meaning {
+    let number = |name, scale| Quantity::new(name, "", scale);
+    match name {
+        EXPLAINED => Meaning::numbers([number("sub-image", Scale::Whole), number("pyramid levels", Scale::Whole)]),
+        "glow of sub-images" => Meaning::numbers([number("opacity", Scale::Found)]),
+        _ => Meaning::Picture,
+    }
+}
 
 /// Greatest |i|: a blur that no image of 16384 px can show more of, and few enough
 /// sub-images (25) for one word of bits.
@@ -262,7 +276,23 @@ impl SubImages {
             // 8x8 invocations of 4x4 pixels.
             .dispatch_groups(depth.size().x.div_ceil(32), depth.size().y.div_ceil(32), 1);
         let levels = layers.iter().map(|i| i.unsigned_abs()).collect();
-        Self { uniform, lens, occupied, levels, centre, glow: wanted.glow }
+        let sub_images = Self { uniform, lens, occupied, levels, centre, glow: wanted.glow };
+        if frame.keeps_intermediates() {
+            sub_images.explain(frame, view.size(), &depth);
+        }
+        sub_images
+    }
+
+    fn explain(&self, frame: &mut Frame<'_>, size: UVec2, depth: &Texture) {
+        let explained = frame.texture(EXPLAINED, size, wgpu::TextureFormat::Rgba16Float);
+        frame
+            .pass(&EXPLAIN_SHADER, "explain")
+            .uniform("sub_images", &self.uniform)
+            .uniform("lens", &self.lens)
+            .texture("depth", depth)
+            .texture("explained", &explained)
+            .dispatch(size);
+        frame.expose(EXPLAINED, &explained);
     }
 
     /// Binds what the pixels of sub-images are made of.

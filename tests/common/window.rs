@@ -18,8 +18,12 @@ pub fn window(size: [f32; 2], document: Document) -> Window {
 
 /// The same, which saves into `folder` unless it is told otherwise.
 pub fn window_in(size: [f32; 2], document: Document, folder: Option<PathBuf>) -> Window {
+    window_with(size, AppOptions { document: Some(document), folder, ..AppOptions::default() })
+}
+
+/// A window of `size` points that starts as `options` say, once it has settled.
+pub fn window_with(size: [f32; 2], options: AppOptions) -> Window {
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
-    let options = AppOptions { document: Some(document), folder, ..AppOptions::default() };
     let app = App::new(&state, options);
     let mut window = Harness::builder()
         .with_size(vec2(size[0], size[1]))
@@ -38,6 +42,55 @@ pub fn small(methods: &[&str]) -> Window {
     let document = Document::of_methods(methods.iter().map(|id| MethodChoice::new(id)));
     // Wide enough for the whole bar at the top: what is cut off cannot be clicked.
     window([900.0, 420.0], Document { overscan_px: 16, ..document })
+}
+
+/// A window with its folder, in which lies the scene that it shows.
+pub struct Tiny {
+    pub window: Window,
+    pub folder: tempfile::TempDir,
+}
+
+/// A low window over the scene `glb` with so few pixels and lens points that every method
+/// is done at once on a software GPU; as wide as the bar at the top.
+pub fn tiny(glb: &[u8], methods: &[&str]) -> Tiny {
+    tiny_with(glb, methods, AppOptions::default())
+}
+
+/// The same with other options.
+pub fn tiny_with(glb: &[u8], methods: &[&str], options: AppOptions) -> Tiny {
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let scene = folder.path().join("squares.glb");
+    std::fs::write(&scene, glb).expect("a temporary file can be written");
+    let choice = |id: &&str| {
+        let mut choice = MethodChoice::new(id);
+        if *id == "accumulation" {
+            choice.params.insert("samples".into(), "8".into());
+        }
+        choice
+    };
+    let document = Document::of_methods(methods.iter().map(choice));
+    let document = Document { overscan_px: 8, scene: scene.to_string_lossy().into_owned(), ..document };
+    let options = AppOptions { document: Some(document), folder: Some(folder.path().into()), ..options };
+    Tiny { window: window_with([1120.0, 260.0], options), folder }
+}
+
+/// Presses keys, and waits until the window has settled.
+pub fn press(window: &mut Window, modifiers: Modifiers, key: egui::Key) {
+    window.key_combination_modifiers(modifiers, &[key]);
+    settle(window);
+}
+
+/// Types a file's name where one is asked for, and confirms.
+pub fn name_file(window: &mut Window, file: &std::path::Path) {
+    window.run_steps(3);
+    window.get_by_role_and_label(Role::TextInput, "File").focus();
+    window.run_steps(2);
+    window.key_combination_modifiers(Modifiers::COMMAND, &[egui::Key::A]);
+    window.step();
+    window.get_by_role_and_label(Role::TextInput, "File").type_text(&file.to_string_lossy());
+    window.run_steps(2);
+    window.key_press(egui::Key::Enter);
+    window.run_steps(2);
 }
 
 /// Goes on until nothing moves, loads or converges any more.

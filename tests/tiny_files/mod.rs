@@ -117,6 +117,19 @@ impl TinyGltf {
     }
 }
 
+/// Three squares of two colours, one behind the other, with a texture each: depths to blur.
+pub fn squares() -> TinyGltf {
+    let mut tiny = TinyGltf::square();
+    tiny.add_base_color_texture(&png(4, 4, [200, 90, 40]));
+    let behind = [
+        json!({"mesh": 0, "translation": [-2.0, -2.0, -4.0], "scale": [5.0, 5.0, 1.0]}),
+        json!({"mesh": 0, "translation": [0.7, 0.2, -1.5]}),
+    ];
+    tiny.list("nodes").extend(behind);
+    tiny.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    tiny
+}
+
 /// A binary container around JSON and a buffer.
 pub fn glb(json: &[u8], bin: &[u8]) -> Vec<u8> {
     let chunk = |kind: &[u8; 4], bytes: &[u8], padding: u8| {

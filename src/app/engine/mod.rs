@@ -2,15 +2,17 @@
 //! and does nothing when nothing did. Knows the library, not the user interface.
 
 mod figures;
+mod inside;
 mod pane;
 mod request;
 mod troubles;
 
 pub use figures::{Figures, Judged};
+pub use inside::{Place, Reading};
 pub use pane::Pane;
 pub use request::{Development, Exposure, Request};
 
-use super::document::PaneId;
+use super::document::{PaneId, Show};
 use super::timing::History;
 use crate::camera::Camera;
 use crate::gpu::{Frame, FrameStats, Gpu, Timings, download};
@@ -160,6 +162,11 @@ impl Engine {
         self.view.as_ref().map(|(view, _)| view.size())
     }
 
+    /// Margin drawn around the picture, px.
+    pub fn overscan_px(&self) -> u32 {
+        self.view.as_ref().map_or(0, |(view, _)| view.overscan_px())
+    }
+
     /// Frames submitted to the GPU since the start: it stands still while nothing changes.
     pub fn rendered_frames(&self) -> u64 {
         self.rendered_frames
@@ -168,6 +175,11 @@ impl Engine {
     /// Counters of the last submitted frame.
     pub fn stats(&self) -> &FrameStats {
         &self.stats
+    }
+
+    /// Whether the graphics device is gone: nothing is drawn or read back any more.
+    pub fn is_lost(&self) -> bool {
+        self.troubles.is_lost()
     }
 
     /// What the driver complained about since the last call.
@@ -394,13 +406,20 @@ impl Engine {
     fn poll(&mut self) {
         // A lost device never answers; after this long nobody waits for the times any more.
         const GIVE_UP_S: f32 = 10.0;
+        let software = self.gpu.is_software();
         let (history, panes, ms_per_view) = (&mut self.history, &mut self.panes, &mut self.ms_per_view);
         self.in_flight.retain(|flight| {
             let Some(passes) = flight.timings.poll() else {
                 return flight.since.elapsed().as_secs_f32() < GIVE_UP_S;
             };
             for part in &flight.parts {
-                let own = passes.get(part.passes.start..part.passes.end.min(passes.len())).unwrap_or_default();
+                // Without timestamps there is the whole frame's time: that of a pane which
+                // was the only one in it.
+                let own = match software {
+                    true if flight.parts.len() == 1 => &passes[..],
+                    true => &[],
+                    false => passes.get(part.passes.start..part.passes.end.min(passes.len())).unwrap_or_default(),
+                };
                 let gpu_ms: f64 = own.iter().map(|p| p.ms).sum();
                 let views = f64::from(part.views.max(1));
                 if part.views > 0 {
@@ -418,6 +437,9 @@ impl Engine {
     /// Depth, metres, at a point of the picture given from (0, 0) top left to (1, 1).
     /// Reads the depth back if that was not done since the view was last drawn.
     pub fn depth_at_m(&mut self, at: DVec2) -> Option<f64> {
+        if self.troubles.is_lost() {
+            return None;
+        }
         let (view, _) = self.view.as_mut()?;
         let depth = view.depth_m(&self.gpu);
         let texel = (at.clamp(DVec2::ZERO, DVec2::ONE) * depth.size.as_dvec2()).as_uvec2();
@@ -428,7 +450,7 @@ impl Engine {
     /// A regular sample of the depths in view, metres, read back at most once a redraw;
     /// `None` before there is a view, and where nothing is known yet and `read` is false.
     pub fn depths_m(&mut self, read: bool) -> Option<&[f32]> {
-        if self.depths_m.is_none() && read {
+        if self.depths_m.is_none() && read && !self.troubles.is_lost() {
             let depth = self.view.as_mut()?.0.depth_m(&self.gpu);
             let stride = depth.pixels.len().div_ceil(DEPTH_SAMPLES).max(1);
             self.depths_m = Some(depth.pixels.iter().step_by(stride).copied().collect());
@@ -436,16 +458,28 @@ impl Engine {
         self.depths_m.as_deref()
     }
 
-    /// The view that is shown, for whoever needs more of it than the depths.
+    /// The view that is shown, for whoever needs more of it than the depths; `None` once the
+    /// device is lost.
     pub fn view(&mut self) -> Option<&mut View> {
-        self.view.as_mut().map(|(view, _)| view)
+        self.view.as_mut().filter(|_| !self.troubles.is_lost()).map(|(view, _)| view)
+    }
+
+    /// What a pane that looks inside its method shows at a point of the picture, from (0, 0)
+    /// top left to (1, 1), if those are numbers. Waits for the GPU.
+    pub fn inside_at(&self, id: PaneId, at: DVec2) -> Option<(&Reading, f32)> {
+        let pane = self.panes.get(&id).filter(|_| !self.troubles.is_lost())?;
+        let Show::Inside(inside) = &pane.state.show else { return None };
+        let (reading, (_, texture), inner) = (pane.reading()?, pane.exposed_as(inside)?, self.size()?);
+        let size = texture.level_size(reading.at.0);
+        let texel = Place::of(size, inner, self.overscan_px()).texel(size, inner, at)?;
+        Some((reading, inside::texel(&self.gpu, texture, reading, texel)?))
     }
 
     /// A pane's picture, linear, on the CPU: read back at most once for each picture, which
     /// waits for the GPU.
     pub fn color(&mut self, id: PaneId) -> Option<Arc<ColorImage>> {
         let pane = self.panes.get(&id)?;
-        let linear = pane.linear.as_ref()?;
+        let linear = pane.linear.as_ref().filter(|_| !self.troubles.is_lost())?;
         match self.colors.get(&id) {
             Some((revision, color)) if *revision == pane.revision => Some(color.clone()),
             _ => {

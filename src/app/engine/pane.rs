@@ -1,12 +1,13 @@
 //! One pane's pictures: the method's own, and what is seen of it.
 
 use super::figures::{Judged, Pair};
+use super::inside::{Reading, channel_of};
 use super::request::{Development, Exposure, Request, looks_inside};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use crate::combine;
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
-use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Method};
+use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Meaning, Method, Quantity, Scale};
 use crate::present::{self, DifferenceOf, Map, Overlay, Slice};
 use crate::view::View;
 use std::time::Instant;
@@ -28,7 +29,7 @@ pub struct Pane {
     pub(super) exposed: Vec<(String, Texture)>,
     shown: Option<Texture>,
     shown_for: Option<ShownFor>,
-    range: Option<[f32; 2]>,
+    reading: Option<Reading>,
     pub(super) error: Option<String>,
     pub(super) ms: Option<f64>,
     pub(super) made_at: Instant,
@@ -72,7 +73,7 @@ impl Pane {
             exposed: Vec::new(),
             shown: None,
             shown_for: None,
-            range: None,
+            reading: None,
             error: None,
             ms: None,
             made_at: Instant::now(),
@@ -117,7 +118,7 @@ impl Pane {
         &self.judged
     }
 
-    /// Names, levels and layers of what the method exposes; empty unless asked for.
+    /// Names and textures of what the method exposes; empty unless asked for.
     pub fn exposed(&self) -> impl Iterator<Item = (&str, &Texture)> {
         self.exposed.iter().map(|(name, texture)| (name.as_str(), texture))
     }
@@ -128,9 +129,14 @@ impl Pane {
         named.or(self.exposed.first()).map(|(name, texture)| (name.as_str(), texture))
     }
 
-    /// Least and greatest value on the colour scale of a channel.
-    pub fn range(&self) -> Option<[f32; 2]> {
-        self.range
+    /// What the shown numbers of a texture inside are; `None` for a picture.
+    pub fn reading(&self) -> Option<&Reading> {
+        self.reading.as_ref()
+    }
+
+    /// What a texture that the method exposes under `name` means.
+    pub fn meaning(&self, name: &str) -> Meaning {
+        self.state.method.build().map_or(Meaning::Picture, |method| methods::meaning(method.as_ref(), name))
     }
 
     pub(super) fn is_converging(&self) -> bool {
@@ -167,6 +173,9 @@ impl Pane {
                     return Ok(());
                 }
             }
+        }
+        if frame.keeps_intermediates() {
+            methods::expose_pinhole(frame, view);
         }
         let Some(Progressive { run, samples }) = &mut self.run else { return Ok(()) };
         frame.set_prefix(format!("{}/", self.state.method.id));
@@ -242,23 +251,26 @@ impl Pane {
     }
 
     fn present_inside(&mut self, frame: &mut Frame<'_>, inside: &Inside, request: &Request) -> Option<Texture> {
-        let (_, texture) = self.exposed_as(inside)?;
-        let texture = texture.clone();
+        let (name, texture) = self.exposed_as(inside)?;
+        let (meaning, texture) = (self.meaning(name), texture.clone());
         let level = inside.level.min(texture.levels() - 1);
         let layer = inside.layer.min(texture.layers() - 1);
         let slice = Slice { texture: &texture, level, layer };
-        let one_channel = texture.format().components() == 1;
-        match inside.channel.index().or(one_channel.then_some(0)) {
-            None => {
-                self.range = None;
-                Some(present::slice_picture(frame, slice, &request.development.display))
-            }
-            Some(channel) => {
-                let range = present::slice_range(frame, slice, channel).unwrap_or([0.0, 1.0]);
-                self.range = Some(range);
-                Some(present::slice_channel(frame, slice, channel, Map::Sequential, range))
-            }
-        }
+        let wanted = inside.channel.index();
+        let Some(channel) = channel_of(&meaning, wanted, u32::from(texture.format().components())) else {
+            self.reading = None;
+            return Some(present::slice_picture(frame, slice, &request.development.display));
+        };
+        let quantity = meaning.quantities().get(channel as usize).cloned();
+        let quantity = quantity.unwrap_or(Quantity::new("value", "", Scale::Found));
+        let found = match quantity.scale {
+            Scale::Classes(_) => [0.0, 1.0],
+            _ => present::slice_range(frame, slice, channel).unwrap_or([0.0, 1.0]),
+        };
+        let reading = Reading::new(quantity, found, (level, layer, channel));
+        let shown = present::slice_channel(frame, slice, channel, reading.map(), reading.ends);
+        self.reading = Some(reading);
+        Some(shown)
     }
 
     /// The picture that another pane's difference is taken from.

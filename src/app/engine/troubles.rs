@@ -26,12 +26,10 @@ impl Troubles {
         }));
         let (texts, lost) = (troubles.texts.clone(), troubles.lost.clone());
         device.set_device_lost_callback(move |reason, message| {
-            // The device is given up on purpose when the window closes.
-            if reason != wgpu::DeviceLostReason::Destroyed {
-                lost.store(true, Ordering::Release);
-                let what = "the graphics device was lost; save the state (Ctrl+S) and start the program again";
-                keep(&texts, format!("{what}: {message}"));
-            }
+            // Also when the window closes, after which nobody asks.
+            lost.store(true, Ordering::Release);
+            let what = "the graphics device was lost; save the state (Ctrl+S) and start the program again";
+            keep(&texts, format!("{what}: {message} ({reason:?})"));
         });
         troubles
     }

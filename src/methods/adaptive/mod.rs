@@ -28,7 +28,7 @@ mod progressive;
 pub mod tiles;
 mod views;
 
-use super::{About, AccumulationRun, Apertures, Converging, Method, MethodError, Param, pinhole};
+use super::{About, AccumulationRun, Apertures, Converging, Meaning, Method, MethodError, Param, pinhole};
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
@@ -223,6 +223,10 @@ impl Method for Adaptive {
 
     fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {
         (self.frames > 1).then(|| (Box::new(AdaptiveRun::new(self.clone())) as Box<dyn Converging>, self.frames))
+    }
+
+    fn meaning(&self, name: &str) -> Meaning {
+        explain::meaning(name)
     }
 
     fn boxed(&self) -> Box<dyn Method> {

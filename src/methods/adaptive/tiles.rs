@@ -6,6 +6,7 @@
 pub use super::super::tile_lists::TILE_PX;
 use super::super::tile_lists::TileLists;
 use super::AdaptiveUniform;
+use super::explain::TILE_CLASS;
 use super::highlights::{self, Highlights};
 use crate::gpu::{Frame, Shader, Texture};
 use crate::lens::Lens;
@@ -148,6 +149,6 @@ pub(super) fn build(
         .texture("classes", &tiles.classes)
         .dispatch(inner);
     tiles.lists.plan(frame);
-    frame.expose("tile class: black copied, grey of one blur, white traced", &tiles.classes);
+    frame.expose(TILE_CLASS, &tiles.classes);
     tiles
 }

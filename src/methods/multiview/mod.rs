@@ -20,14 +20,14 @@ mod slabs;
 pub use slabs::{SlabRange, slab_ranges};
 
 use super::tile_lists::{DEFOCUSED, FocusMap};
-use super::{About, Apertures, IN_FOCUS_COC_PX, Method, MethodError, Param};
+use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Frame, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{EnvironmentUniform, View};
 use crate::{shader, uniform};
 use glam::{DVec2, Vec2};
 use nbuffer::{NBuffer, window_side};
-use slabs::{MAX_SLABS, Slabs, SlabsKey};
+use slabs::{DEPTH, EXPLAINED, MAX_SLABS, Slabs, SlabsKey};
 
 const SHADER: Shader = shader!("methods/multiview");
 const SLAB_SHADER: Shader = shader!("methods/multiview_slabs");
@@ -234,6 +234,15 @@ impl Method for Multiview {
             .texture("result", &result);
         tiles.dispatch(pass, DEFOCUSED);
         Ok(result)
+    }
+
+    fn meaning(&self, name: &str) -> Meaning {
+        let number = |name| Quantity::new(name, "", Scale::Whole);
+        match name {
+            EXPLAINED => Meaning::numbers([number("first slab"), number("slabs with a surface")]),
+            name if name == DEPTH || name.starts_with("N-buffer") => Meaning::stored_depth(),
+            _ => Meaning::Picture,
+        }
     }
 
     fn boxed(&self) -> Box<dyn Method> {

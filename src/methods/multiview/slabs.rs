@@ -1,9 +1,9 @@
 //! The scene cut into slabs: sections 4.1 and 4.2.
 
 use super::{MethodError, SLAB_SHADER};
-use crate::gpu::{Frame, Texture, TextureKey};
-use crate::uniform;
+use crate::gpu::{Frame, Shader, Texture, TextureKey};
 use crate::view::{Layer, LayerQuery, View};
+use crate::{shader, uniform};
 use glam::UVec2;
 use std::sync::Arc;
 
@@ -75,6 +75,21 @@ pub(super) struct SlabsKey {
     pub surfaces: bool,
 }
 
+const EXPLAIN_SHADER: Shader = shader!("methods/multiview_explain");
+
+/// Names of what is exposed.
+pub(super) const DEPTH: &str = "slab depth";
+const COLOR: &str = "slab colour";
+pub(super) const EXPLAINED: &str = "slabs of each pixel";
+
+uniform! {
+    struct Explained {
+        origin: [i32; 2],
+        count: u32,
+        _unused: u32,
+    }
+}
+
 uniform! {
     struct Gather {
         z_near: f32,
@@ -93,12 +108,32 @@ impl Slabs {
         {
             let slabs = slabs.clone();
             frame.skip("slabs unchanged");
+            slabs.expose(frame, view);
             return Ok(slabs);
         }
         *view.kept::<Self>() = None;
         let slabs = Self::draw(frame, view, key)?;
         *view.kept() = Some(slabs.clone());
+        slabs.expose(frame, view);
         Ok(slabs)
+    }
+
+    /// What is in the slabs, for whoever looks: also of slabs that are kept.
+    fn expose(&self, frame: &mut Frame<'_>, view: &View) {
+        frame.expose(DEPTH, &self.depth);
+        frame.expose(COLOR, &self.color);
+        if !frame.keeps_intermediates() {
+            return;
+        }
+        let explained = frame.texture(EXPLAINED, view.size(), wgpu::TextureFormat::Rgba16Float);
+        let origin = (self.padding + view.overscan_px()).as_ivec2().to_array();
+        frame
+            .pass(&EXPLAIN_SHADER, "explain")
+            .uniform("slabs", &Explained { origin, count: self.ranges.len() as u32, _unused: 0 })
+            .texture("slab_depth", &self.depth)
+            .texture("explained", &explained)
+            .dispatch(view.size());
+        frame.expose(EXPLAINED, &explained);
     }
 
     fn draw(frame: &mut Frame<'_>, view: &mut View, key: SlabsKey) -> Result<Self, MethodError> {
@@ -128,7 +163,6 @@ impl Slabs {
             slabs.draw_one(frame, view, slab)?;
         }
         slabs.reduce(frame);
-        frame.expose("slab depth", &slabs.depth);
         Ok(slabs)
     }
 

@@ -1,0 +1,174 @@
+//! Textures from inside methods: what their numbers mean, where they lie, and single ones.
+
+use crate::gpu::{Gpu, Texture};
+use crate::methods::{Meaning, Quantity, Scale};
+use crate::present::Map;
+use glam::{DVec2, UVec2, Vec2};
+use half::f16;
+
+/// The numbers of a texture that are shown, and on which scale.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Reading {
+    /// What they are.
+    pub quantity: Quantity,
+    /// Stored values at the ends of the colour map.
+    pub ends: [f32; 2],
+    /// Mipmap level, array layer and channel.
+    pub(super) at: (u32, u32, u32),
+}
+
+impl Reading {
+    /// A scale for values from `found[0]` to `found[1]`.
+    pub(super) fn new(quantity: Quantity, found: [f32; 2], at: (u32, u32, u32)) -> Self {
+        let [low, high] = found;
+        let ends = match quantity.scale {
+            Scale::Found => [low, high],
+            Scale::Signed => {
+                let most = low.abs().max(high.abs());
+                [-most, most]
+            }
+            Scale::Whole => [low.round(), high.round()],
+            Scale::Classes(classes) => {
+                [classes.first().map_or(0.0, |(value, _)| *value), classes.last().map_or(1.0, |(value, _)| *value)]
+            }
+        };
+        Self { quantity, ends, at }
+    }
+
+    /// The colours.
+    pub fn map(&self) -> Map {
+        match self.quantity.scale {
+            Scale::Signed => Map::Diverging,
+            _ => Map::Sequential,
+        }
+    }
+
+    /// Place of a stored value on the map, from 0 to 1.
+    pub fn place(&self, value: f32) -> f32 {
+        let [low, high] = self.ends;
+        if high > low { ((value - low) / (high - low)).clamp(0.0, 1.0) } else { 0.0 }
+    }
+}
+
+/// The channel to show as numbers, where `wanted` is what was asked for; `None` for a
+/// picture.
+pub(super) fn channel_of(meaning: &Meaning, wanted: Option<u32>, components: u32) -> Option<u32> {
+    let named = meaning.quantities().len() as u32;
+    let channels = if named > 0 { named } else { components };
+    match wanted {
+        None if named == 0 && components > 1 => None,
+        None => Some(0),
+        Some(channel) => Some(channel.min(channels - 1)),
+    }
+}
+
+/// The part of the picture that a texture covers, px; it may reach beyond it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Place {
+    /// Its upper left corner.
+    pub min: Vec2,
+    /// Its size.
+    pub size: Vec2,
+}
+
+impl Place {
+    /// Of a texture of `size`: methods have textures of the picture (`inner` px), of it
+    /// with its margin, of either in tiles of a power of two, and padded around the middle.
+    pub fn of(size: UVec2, inner: UVec2, margin_px: u32) -> Self {
+        const SCALES: u32 = 12;
+        let outer = inner + 2 * margin_px;
+        let scales = || (0..SCALES).map(|level| 1 << level);
+        let tile = |whole: UVec2| scales().find(|t| UVec2::new(whole.x.div_ceil(*t), whole.y.div_ceil(*t)) == size);
+        if let Some(tile) = tile(inner) {
+            return Self { min: Vec2::ZERO, size: (size * tile).as_vec2() };
+        }
+        if let Some(tile) = tile(outer) {
+            return Self { min: Vec2::splat(-(margin_px as f32)), size: (size * tile).as_vec2() };
+        }
+        let covers = |texel: &u32| (size * *texel).cmpge(outer).all();
+        let covered = (size * scales().find(covers).unwrap_or(1)).as_vec2();
+        Self { min: 0.5 * (inner.as_vec2() - covered), size: covered }
+    }
+
+    /// The texel of a texture of `size` that lies at a point of the picture, from (0, 0) to
+    /// (1, 1); `None` outside.
+    pub fn texel(&self, size: UVec2, inner: UVec2, at: DVec2) -> Option<UVec2> {
+        let px = at * inner.as_dvec2();
+        let texel = (px - self.min.as_dvec2()) / self.size.as_dvec2() * size.as_dvec2();
+        let inside = texel.cmpge(DVec2::ZERO).all() && texel.cmplt(size.as_dvec2()).all();
+        inside.then(|| texel.as_uvec2())
+    }
+}
+
+/// A channel of one texel, of level and layer as `reading` has them. Waits for the GPU;
+/// `None` for a format without floats and where the device is lost.
+pub(super) fn texel(gpu: &Gpu, texture: &Texture, reading: &Reading, at: UVec2) -> Option<f32> {
+    let (level, layer, channel) = reading.at;
+    let bytes = texture.format().block_copy_size(None)?;
+    let size = u64::from(bytes.next_multiple_of(4));
+    let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
+    let descriptor = wgpu::BufferDescriptor { label: Some("texel"), size, usage, mapped_at_creation: false };
+    let buffer = gpu.device().create_buffer(&descriptor);
+    let mut encoder = gpu.device().create_command_encoder(&Default::default());
+    let from = wgpu::TexelCopyTextureInfo {
+        texture: texture.raw(),
+        mip_level: level,
+        origin: wgpu::Origin3d { x: at.x, y: at.y, z: layer },
+        aspect: wgpu::TextureAspect::All,
+    };
+    let layout = wgpu::TexelCopyBufferLayout::default();
+    let one = wgpu::Extent3d { width: 1, height: 1, depth_or_array_layers: 1 };
+    encoder.copy_texture_to_buffer(from, wgpu::TexelCopyBufferInfo { buffer: &buffer, layout }, one);
+    gpu.queue().submit([encoder.finish()]);
+    buffer.map_async(wgpu::MapMode::Read, .., |_| {});
+    // Fails only with the device lost, which its own callback reports.
+    gpu.device().poll(wgpu::PollType::wait_indefinitely()).ok()?;
+    let mapped = buffer.get_mapped_range(..).ok()?;
+    let channel = channel as usize;
+    match texture.format() {
+        wgpu::TextureFormat::Rgba16Float | wgpu::TextureFormat::Rg16Float | wgpu::TextureFormat::R16Float => {
+            let bytes = mapped.get(2 * channel..2 * channel + 2)?;
+            Some(f16::from_le_bytes([bytes[0], bytes[1]]).to_f32())
+        }
+        wgpu::TextureFormat::Rgba32Float | wgpu::TextureFormat::Rg32Float | wgpu::TextureFormat::R32Float => {
+            let bytes = mapped.get(4 * channel..4 * channel + 4)?;
+            Some(f32::from_le_bytes(bytes.try_into().ok()?))
+        }
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::{dvec2, uvec2, vec2};
+
+    #[test]
+    fn textures_inside_lie_on_what_they_are_about() {
+        let inner = uvec2(300, 200);
+        let place = |size: UVec2| Place::of(size, inner, 16);
+        let whole = |min: Vec2, size: Vec2| Place { min, size };
+        assert_eq!(place(inner), whole(Vec2::ZERO, vec2(300.0, 200.0)));
+        assert_eq!(place(uvec2(332, 232)), whole(vec2(-16.0, -16.0), vec2(332.0, 232.0)));
+        // Tiles of 8 px reach over the border.
+        assert_eq!(place(uvec2(38, 25)), whole(Vec2::ZERO, vec2(304.0, 200.0)));
+        // Level 1 of an image padded to 384 x 256 around its middle.
+        let padded = place(uvec2(192, 128));
+        assert_eq!(padded, whole(vec2(-42.0, -28.0), vec2(384.0, 256.0)));
+        assert_eq!(padded.texel(uvec2(192, 128), inner, dvec2(0.5, 0.5)), Some(uvec2(96, 64)));
+        assert_eq!(place(uvec2(38, 25)).texel(uvec2(38, 25), inner, dvec2(0.99, 0.0)), Some(uvec2(37, 0)));
+        assert_eq!(padded.texel(uvec2(192, 128), inner, dvec2(2.0, 0.5)), None);
+    }
+
+    #[test]
+    fn scales_hold_what_was_found() {
+        let reading = |scale, found| Reading::new(Quantity::new("x", "", scale), found, (0, 0, 0));
+        assert_eq!(reading(Scale::Found, [1.0, 3.0]).ends, [1.0, 3.0]);
+        let signed = reading(Scale::Signed, [-2.0, 6.0]);
+        assert_eq!((signed.ends, signed.place(0.0)), ([-6.0, 6.0], 0.5));
+        let classes = reading(Scale::Classes(&[(0.0, "a"), (0.5, "b"), (1.0, "c")]), [0.0, 0.5]);
+        assert_eq!((classes.ends, classes.place(0.5)), ([0.0, 1.0], 0.5));
+        // One value alone has a place too.
+        assert_eq!(reading(Scale::Whole, [2.0, 2.0]).place(2.0), 0.0);
+    }
+}

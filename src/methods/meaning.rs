@@ -1,0 +1,69 @@
+//! What the numbers of exposed textures mean, so that whoever shows them can put a scale
+//! or names beside them: one description for all methods, no overlay for each.
+
+/// How an exposed texture is to be read.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Meaning {
+    /// As a picture: linear red, green and blue.
+    Picture,
+    /// Each channel is a number of its own, in their order.
+    Numbers(Vec<Quantity>),
+}
+
+/// What the numbers of a channel are.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Quantity {
+    /// What it is called.
+    pub name: &'static str,
+    /// Its unit with a leading space, or nothing.
+    pub unit: &'static str,
+    /// What a stored 1 stands for, in units.
+    pub one: f32,
+    /// How values become colours.
+    pub scale: Scale,
+}
+
+/// How the values of a channel become colours.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scale {
+    /// From the least to the greatest value there is.
+    Found,
+    /// 0 in the middle, the greatest magnitude there is at both ends.
+    Signed,
+    /// Whole numbers from the least to the greatest there is, a colour each.
+    Whole,
+    /// Stored values with names, in rising order, a colour each.
+    Classes(&'static [(f32, &'static str)]),
+}
+
+impl Quantity {
+    /// A number of that name; `unit` has its leading space.
+    pub fn new(name: &'static str, unit: &'static str, scale: Scale) -> Self {
+        Self { name, unit, one: 1.0, scale }
+    }
+
+    /// The same where a stored 1 stands for `one` units.
+    pub fn worth(self, one: f32) -> Self {
+        Self { one, ..self }
+    }
+}
+
+impl Meaning {
+    /// Channels with a number each.
+    pub fn numbers(channels: impl IntoIterator<Item = Quantity>) -> Self {
+        Self::Numbers(channels.into_iter().collect())
+    }
+
+    /// One channel with stored depth, near over depth.
+    pub fn stored_depth() -> Self {
+        Self::numbers([Quantity::new("near / depth", "", Scale::Found)])
+    }
+
+    /// The numbers, if it is none of a picture.
+    pub fn quantities(&self) -> &[Quantity] {
+        match self {
+            Self::Picture => &[],
+            Self::Numbers(channels) => channels,
+        }
+    }
+}
