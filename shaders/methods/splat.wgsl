@@ -350,8 +350,11 @@ fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, id.xy, composed(behind, same, front));
 }
 
-/// To look at: which of the visible layers (0 in front, 1 at, 2 behind) decides the pixel,
-/// and the share of each.
+/// Share of a pixel from which on a layer counts as seen.
+const SEEN = 0.02;
+
+/// To look at: which of the visible layers are seen beside the middle one (1 in front, 2
+/// behind, 3 both), and the share of each.
 @compute @workgroup_size(8, 8)
 fn explain_layers(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(explained)) {
@@ -362,7 +365,6 @@ fn explain_layers(@builtin(global_invocation_id) id: vec3u) {
     let behind = (1.0 - front - same) * saturate(textureLoad(layer_behind, id.xy, 0).a);
     // What sums to less than 1 is divided by its sum, as the composed layers are.
     let shares = vec3f(front, same, behind) / max(front + same + behind, 1e-6);
-    let greatest = max(shares.x, max(shares.y, shares.z));
-    let layer = select(select(2.0, 1.0, shares.y == greatest), 0.0, shares.x == greatest);
-    textureStore(explained, id.xy, vec4f(layer, shares));
+    let seen = select(0.0, 1.0, shares.x >= SEEN) + select(0.0, 2.0, shares.z >= SEEN);
+    textureStore(explained, id.xy, vec4f(seen, shares));
 }

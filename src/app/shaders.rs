@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn names_are_those_of_the_embedded_shaders() {
-        let folder = &self.folder;
+        let folder = Path::new(FOLDER);
         assert_eq!(name_of(folder, &folder.join("methods/mipmap.wgsl")), "methods/mipmap");
     }
 }

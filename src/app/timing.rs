@@ -122,7 +122,7 @@ fn plot(ui: &mut egui::Ui, history: &History) {
     let mut passes = history.passes();
     passes.sort_by(|a, b| b.1.median.total_cmp(&a.1.median));
     let color = ui.visuals().text_color();
-    Plot::new("frame times")
+    let plot = Plot::new("frame times")
         .height(120.0)
         .allow_zoom(false)
         .allow_drag(false)
@@ -142,6 +142,7 @@ fn plot(ui: &mut egui::Ui, history: &History) {
                 plot.line(Line::new(short(label), series).width(1.0));
             }
         });
+    plot.response.accessible_name("Times of the last frames");
 }
 
 /// A label without its method: "mipmap/blur" is told apart by its end.

@@ -230,7 +230,7 @@ impl Method for Splat {
         let share = |name| Quantity::new(name, " %", Scale::Found).worth(100.0);
         match name {
             EXPLAINED => Meaning::numbers([
-                Quantity::new("deciding layer", "", Scale::Classes(&LAYERS)),
+                Quantity::new("layers seen", "", Scale::Classes(&LAYERS)),
                 share("share in front"),
                 share("share at"),
                 share("share behind"),
@@ -249,8 +249,8 @@ impl Method for Splat {
 const HIDDEN_LIMIT: &str = "hidden limit";
 const EXPLAINED: &str = "layers of each pixel";
 
-/// The layers as the shader numbers them.
-const LAYERS: [(f32, &str); 3] = [(0.0, "in front"), (1.0, "at"), (2.0, "behind")];
+/// Which layers are seen, as the shader numbers them.
+const LAYERS: [(f32, &str); 4] = [(0.0, "at"), (1.0, "at, in front"), (2.0, "at, behind"), (3.0, "all")];
 
 impl Splat {
     fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {

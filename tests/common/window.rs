@@ -176,6 +176,9 @@ pub fn choose(window: &mut Window, list: &str, entry: &str) {
     window.run_steps(3);
     window.get_by_role_and_label(Role::ComboBox, list).click();
     window.run_steps(2);
+    // A long list scrolls.
+    window.get_all_by_label(entry).last().expect("the entry is in the list").scroll_to_me();
+    window.run_steps(2);
     window.get_all_by_label(entry).last().expect("the entry is in the list").click();
     window.step();
     settle(window);

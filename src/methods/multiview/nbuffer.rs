@@ -40,6 +40,7 @@ impl NBuffer {
         {
             let kept = kept.clone();
             frame.skip("N-buffer unchanged");
+            frame.expose(format!("N-buffer {}", kept.sides.iter().max().unwrap_or(&1)), &kept.nearest);
             return kept;
         }
         *view.kept::<Self>() = None;
