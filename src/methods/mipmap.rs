@@ -243,11 +243,9 @@ impl Method for Mipmap {
     fn meaning(&self, name: &str) -> Meaning {
         let px = |name, scale| Quantity::new(name, " px", scale);
         match name {
-            BLUR_PYRAMID => Meaning::numbers([
-                px("CoC", Scale::Signed),
-                px("DoB", Scale::Found),
-                px("DoN", Scale::Found),
-            ]),
+            BLUR_PYRAMID => {
+                Meaning::numbers([px("CoC", Scale::Signed), px("DoB", Scale::Found), px("DoN", Scale::Found)])
+            }
             EXPLAINED => Meaning::numbers([
                 px("CoC", Scale::Signed),
                 px("DoB", Scale::Found),
