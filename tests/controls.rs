@@ -1,4 +1,11 @@
 //! Every control by its accessible name, what is inside methods, and what may go wrong.
+//!
+//! Snapshots lie in `tests/snapshots`; after a wanted change of the window's looks they are
+//! made anew, looked at, and committed:
+//!
+//! ```sh
+//! UPDATE_SNAPSHOTS=1 cargo test --test app --test controls _as_
+//! ```
 
 #![cfg(feature = "app")]
 

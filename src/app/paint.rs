@@ -87,7 +87,13 @@ fn place_of(app: &App, picture: Rect, id: PaneId, size: glam::Vec2) -> Rect {
             let px = |v: glam::Vec2| vec2(v.x, v.y) * scale;
             Rect::from_min_size(picture.min + px(place.min), px(place.size))
         }
-        _ => picture,
+        // One that was drawn for panes of another shape, until the next: as high as that,
+        // since the field of view is that of the height.
+        _ => {
+            let width = picture.height() * size.x / size.y;
+            let is_new = (width / picture.width() - 1.0).abs() < 0.02;
+            if is_new { picture } else { Rect::from_center_size(picture.center(), vec2(width, picture.height())) }
+        }
     }
 }
 
