@@ -75,7 +75,7 @@ fn every_method_can_be_chosen_in_every_pane() {
             window.get_by_role_and_label(Role::ComboBox, &list).click();
             window.run_steps(2);
             window.get_all_by_label(about.title).last().expect("the method is in the list").scroll_to_me();
-            window.run_steps(2);
+            window.run_steps(5);
             window.get_all_by_label(about.title).last().expect("the method is in the list").click();
             window.run_steps(4);
             let state = document(&window).pane(PaneId(pane)).expect("the pane is there");

@@ -178,7 +178,7 @@ pub fn choose(window: &mut Window, list: &str, entry: &str) {
     window.run_steps(2);
     // A long list scrolls.
     window.get_all_by_label(entry).last().expect("the entry is in the list").scroll_to_me();
-    window.run_steps(2);
+    window.run_steps(5);
     window.get_all_by_label(entry).last().expect("the entry is in the list").click();
     window.step();
     settle(window);
