@@ -191,7 +191,7 @@ fn numbers_inside_a_method_have_names_units_and_a_scale() {
 }
 
 #[test]
-fn layers_sub_images_slabs_and_tiles_are_told_by_number_or_name() {
+fn sub_images_and_slabs_are_told_by_number() {
     let Tiny { mut window, folder: _folder } = tiny(&["pinhole"]);
     // Beyond the squares, which are blurred foreground then.
     type_number(&mut window, "Focus distance", "30");
@@ -199,8 +199,6 @@ fn layers_sub_images_slabs_and_tiles_are_told_by_number_or_name() {
         ("opaque", "sub-image of each pixel", "sub-image"),
         ("pyramid", "sub-image of each pixel", "sub-image"),
         ("multiview", "slabs of each pixel", "first slab"),
-        ("splat", "layers of each pixel", "layers seen"),
-        ("adaptive", "tile class: black copied, grey of one blur, white traced", "tile class"),
     ] {
         perform(&mut window, Action::SetMethod(PaneId(1), method.into()));
         choose(&mut window, "Shown in pane 1", "Inside the method");
