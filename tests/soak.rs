@@ -214,6 +214,9 @@ fn random_actions_leave_the_window_whole() {
     );
     // Panels keep the widths that they were dragged to, which are not of the document: the
     // picture may be a little larger than it was.
-    assert!(after.0 <= before.0 + before.0 / 4, "the pool holds {after:?} bytes where it held {before:?} in the same state");
+    assert!(
+        after.0 <= before.0 + before.0 / 4,
+        "the pool holds {after:?} bytes where it held {before:?} in the same state"
+    );
     assert!(after.1 <= before.1 + ALLOCATOR_SLACK, "the device holds {after:?} bytes where it held {before:?}");
 }
