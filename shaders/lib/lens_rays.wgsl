@@ -158,11 +158,16 @@ const MEAN_FROM_S = 2.5;
 /// Difference of s, px, between texels of one surface and another near focus.
 const EDGE_S = 0.05;
 
+/// |s|, px, from which fewer rays show means of texels at edges, and none from twice that:
+/// there rays spread over several texels and resolve the edge themselves.
+const SPREAD_FROM_S = 0.3;
+
 /// Whether the ray through lens point v shows the mean of a texel, 1/fineness px wide, or one
 /// sample. In focus the image is made of samples; the wider the lens's blur, the more rays
 /// show the mean, until the mean blurs as much as the lens: a thin bar fades in.
 fn shows_mean(s: f32, v: vec2f) -> bool {
-    let share = min(s * s * adaptive.lens_variance / texel_blur(), 1.0) * clamp(2.0 - abs(s) / 0.3, 0.0, 1.0);
+    let share = min(s * s * adaptive.lens_variance / texel_blur(), 1.0) * clamp(2.0 - abs(s) / SPREAD_FROM_S, 0.0, 1.0);
+    // Any number that differs from ray to ray will do.
     return fract(43.7585 * dot(v, vec2f(12.9898, 78.233))) < share;
 }
 

@@ -27,7 +27,7 @@ struct Params {
     smoothing: u32,
     /// CoC diameter, px, below which a pixel is left as it is.
     in_focus_coc_px: f32,
-    unused: vec2u,
+    _unused: vec2u,
     /// Variance per axis, texel^2, of the three discs below.
     disc_variance: vec4f,
     /// Share of each neighbour in a disc of 2, 3 and 3 sqrt(2) texels, by the greater and

@@ -1,4 +1,4 @@
-// Lists of the inner frame's 8x8 tiles, one list a class (src/methods/tile_lists.rs): what
+// Lists of 8x8 tiles of an image, one list a class (src/methods/tile_lists.rs): what
 // indirect dispatches of one workgroup a tile work on. A pass either writes the lists, by
 // `list_tile`, or works on one, by `listed_tile`.
 
@@ -7,12 +7,18 @@ const TILE = 8u;
 /// Classes that can be told apart.
 const CLASSES = 4u;
 
+/// The class of tiles that are left as they are.
+const IN_FOCUS = 0u;
+
+/// Workgroups along x: what every adapter allows. Longer lists go on along y.
+const MAX_GROUPS = 65535u;
+
 struct Listed {
-    /// Tiles of the inner frame.
+    /// Tiles of the image.
     tiles: vec2u,
     /// The class that is worked on.
     class_of: u32,
-    unused: u32,
+    _unused: u32,
 }
 
 @group(1) @binding(0) var<uniform> listed: Listed;
@@ -28,9 +34,9 @@ fn list_tile(tile: vec2u, class_of: u32) {
     new_lists[class_of * listed.tiles.x * listed.tiles.y + place] = tile.x | (tile.y << 16u);
 }
 
-/// The tile of a workgroup; one beyond the frame where the grid is larger than the list.
+/// The tile of a workgroup; one beyond the image where the grid is larger than the list.
 fn listed_tile(group: vec3u) -> vec2u {
-    let place = group.x + group.y * 65535u;
+    let place = group.x + group.y * MAX_GROUPS;
     if place >= dispatches[listed.class_of].w {
         return vec2u(0xffffu);
     }

@@ -28,8 +28,7 @@
 @group(0) @binding(10) var variance: texture_2d<f32>;
 @group(0) @binding(11) var explained: texture_storage_2d<rgba16float, write>;
 
-/// Classes of tiles.
-const IN_FOCUS = 0u;
+/// Classes of tiles beside IN_FOCUS.
 const NEAR = 1u;
 const FAR = 2u;
 const SMOOTHED = 3u;
@@ -134,11 +133,15 @@ fn read_node(uv: vec2f, node: Node) -> vec3f {
     return textureSampleLevel(disc_pyramid, linear_clamp, uv, node.wide, min(node.level, f32(params.levels)) - 1.0).rgb;
 }
 
+/// The paper's level, continuous, whose narrow disc has the given variance, px^2.
+fn level_of_variance(wanted: f32) -> f32 {
+    return 0.5 * log2((wanted + 0.25) / (0.25 + BILINEAR_VARIANCE + params.disc_variance.y));
+}
+
 /// The image at `at` through a disc of the given variance, at least that of the first node:
 /// the two nearest discs blended, of diameters 1 : sqrt(2).
 fn between_nodes(at: vec2f, wanted: f32) -> vec3f {
-    let texel2_per_variance = 0.25 + BILINEAR_VARIANCE + params.disc_variance.y;
-    let level = max(1.0, floor(0.5 * log2((wanted + 0.25) / texel2_per_variance)));
+    let level = max(1.0, floor(level_of_variance(wanted)));
     let narrow = disc_variance(level, 1u);
     let wide = disc_variance(level, 2u);
     let wider = wanted >= wide;
@@ -150,7 +153,7 @@ fn between_nodes(at: vec2f, wanted: f32) -> vec3f {
     return blend_levels(fine, coarse, clamp((wanted - low) / (high - low), 0.0, 1.0));
 }
 
-/// As above for any wanted. Below the first node the discs are drawn on the image.
+/// As above for any variance. Below the first node the discs are drawn on the image.
 fn disc_at(at: vec2f, wanted: f32) -> vec3f {
     var discs = array<vec3f, 3>(vec3f(0.0), vec3f(0.0), vec3f(0.0));
     let centre = vec2i(floor(at));
@@ -180,6 +183,13 @@ fn disc_at(at: vec2f, wanted: f32) -> vec3f {
     return blend_levels(discs[2], coarse, min((wanted - known.z) / (first - known.z), 1.0));
 }
 
+/// The pixel's DoB, px, smoothed over the edges of the foreground. Equation (11): n is 0 for
+/// background and focused pixels, whose rho is 0.
+fn smoothed_dob(at: vec2f) -> f32 {
+    let n = min(level_of_dob(blur_at(at, f32(params.levels)).z), f32(params.levels));
+    return blur_at(at, n).y;
+}
+
 /// Position in texels of the top level, from the centre of its first.
 fn top_texels(at: vec2f) -> vec2f {
     return (at + vec2f(params.padding)) * exp2(-f32(params.levels)) - 0.5;
@@ -194,7 +204,7 @@ var<workgroup> some_rho: array<atomic<u32>, 8>;
 /// Each row of invocations looks at one tile, a column of pixels each.
 @compute @workgroup_size(8, 8)
 fn classify_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let tile = vec2u(8u * group.x + local.y, group.y);
+    let tile = vec2u(TILE * group.x + local.y, group.y);
     let corner = tile * TILE + params.overscan;
     var greatest = 0.0;
     var least = 1e30;
@@ -246,10 +256,7 @@ fn smooth_tiles(
 ) {
     let tile = listed_tile(group);
     let pixel = tile * TILE + local.xy;
-    let at = centre_of(pixel);
-    // Equation (11): 0 for background and focused pixels, whose rho is 0.
-    let n = min(level_of_dob(blur_at(at, f32(params.levels)).z), f32(params.levels));
-    let variance = variance_of_dob(blur_at(at, n).y);
+    let variance = variance_of_dob(smoothed_dob(centre_of(pixel)));
     textureStore(new_variance, pixel, vec4f(variance));
     if variance < disc_variance(1.0, 1u) {
         atomicOr(&near[0], 1u);
@@ -319,6 +326,17 @@ fn smooth_blur_at(at: vec2f, level: f32) -> vec3f {
         sum += t.z * blur_at(at + radius * t.xy, level);
     }
     return sum;
+}
+
+/// As `smoothed_dob`, through the circular filter.
+fn dob_as_printed(at: vec2f) -> f32 {
+    if params.smoothing != 0u {
+        let n = min(level_of_dob(smooth_blur_at(at, f32(params.levels)).z), f32(params.levels));
+        if n > 0.0 {
+            return smooth_blur_at(at, n).y;
+        }
+    }
+    return sharp_blur_at(at).y;
 }
 
 /// Bilinear read of the image.
@@ -392,46 +410,29 @@ fn filtered(at: vec2f, l: u32, beta: f32, radius: f32) -> vec3f {
 @compute @workgroup_size(8, 8)
 fn blur_as_printed(@builtin(global_invocation_id) id: vec3u) {
     let at = centre_of(id.xy);
-    var sigma = sharp_blur_at(at).y;
-    if params.smoothing != 0u {
-        let n = min(level_of_dob(smooth_blur_at(at, f32(params.levels)).z), f32(params.levels));
-        if n > 0.0 {
-            sigma = smooth_blur_at(at, n).y;
-        }
-    }
-    put(id.xy, interpolate(at, level_of_dob(sigma)));
+    put(id.xy, interpolate(at, level_of_dob(dob_as_printed(at))));
 }
 
 // ---- to look at: (c, DoB, DoB that is used, px; the level that is read for it) ----
 
+fn store_explained(pixel: vec2u, used_dob: f32, level: f32) {
+    textureStore(explained, pixel, vec4f(sharp_blur_at(centre_of(pixel)).xy, used_dob, level));
+}
+
 @compute @workgroup_size(8, 8)
 fn explain_discs(@builtin(global_invocation_id) id: vec3u) {
     let at = centre_of(id.xy);
-    let sharp = sharp_blur_at(at);
-    var sigma = sharp.y;
+    var sigma = sharp_blur_at(at).y;
     if params.smoothing != 0u {
-        let n = min(level_of_dob(blur_at(at, f32(params.levels)).z), f32(params.levels));
-        if n > 0.0 {
-            sigma = blur_at(at, n).y;
-        }
+        sigma = smoothed_dob(at);
     }
-    // As `between_nodes` finds it; below the first level the image is read.
-    let texel2_per_variance = 0.25 + BILINEAR_VARIANCE + params.disc_variance.y;
-    let level = 0.5 * log2((variance_of_dob(sigma) + 0.25) / texel2_per_variance);
-    textureStore(explained, id.xy, vec4f(sharp.xy, sigma, clamp(level, 0.0, f32(params.levels))));
+    // Below the first level the image is read.
+    let level = level_of_variance(variance_of_dob(sigma));
+    store_explained(id.xy, sigma, clamp(level, 0.0, f32(params.levels)));
 }
 
 @compute @workgroup_size(8, 8)
 fn explain_as_printed(@builtin(global_invocation_id) id: vec3u) {
-    let at = centre_of(id.xy);
-    let sharp = sharp_blur_at(at);
-    var sigma = sharp.y;
-    if params.smoothing != 0u {
-        let n = min(level_of_dob(smooth_blur_at(at, f32(params.levels)).z), f32(params.levels));
-        if n > 0.0 {
-            sigma = smooth_blur_at(at, n).y;
-        }
-    }
-    let level = clamp(level_of_dob(sigma), 0.0, f32(params.levels) + 0.999);
-    textureStore(explained, id.xy, vec4f(sharp.xy, sigma, level));
+    let sigma = dob_as_printed(centre_of(id.xy));
+    store_explained(id.xy, sigma, clamp(level_of_dob(sigma), 0.0, f32(params.levels) + 0.999));
 }

@@ -22,7 +22,7 @@ struct Focus {
     in_focus_coc_px: f32,
     /// Tiles on every side whose blur may reach a tile.
     reach: u32,
-    unused: u32,
+    _unused: u32,
 }
 
 @group(0) @binding(0) var<uniform> focus: Focus;
@@ -31,8 +31,7 @@ struct Focus {
 @group(0) @binding(3) var<storage, read_write> new_reach_px: array<f32>;
 @group(0) @binding(4) var<storage, read> reach_px: array<f32>;
 
-/// Classes of `list_by_focus`.
-const IN_FOCUS = 0u;
+/// The class of tiles that blur reaches, of `list_by_focus` and `list_blocks`.
 const DEFOCUSED = 1u;
 
 /// Of the greatest |c| of each tile in a row of eight, its bits: floats that are not
@@ -67,30 +66,30 @@ fn arriving(reach: f32, tiles: u32) -> f32 {
     return select(0.0, reach, tiles == 0u || reach >= f32(TILE * (tiles - 1u)) + 1.0);
 }
 
-@compute @workgroup_size(8, 8)
-fn spread_rows(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= focus.tiles) {
+/// Of what reaches tile `id` along `axis`, (1, 0) or (0, 1), the greatest.
+fn spread(id: vec2u, axis: vec2u) {
+    if any(id >= focus.tiles) {
         return;
     }
+    let own = dot(id, axis);
+    let last = min(own + focus.reach, dot(focus.tiles, axis) - 1u);
     var widest = 0.0;
-    let last = min(id.x + focus.reach, focus.tiles.x - 1u);
-    for (var x = max(id.x, focus.reach) - focus.reach; x <= last; x++) {
-        widest = max(widest, arriving(reach_px[id.y * focus.tiles.x + x], max(x, id.x) - min(x, id.x)));
+    for (var i = max(own, focus.reach) - focus.reach; i <= last; i++) {
+        let tile = id * (1u - axis) + i * axis;
+        let reach = reach_px[tile.y * focus.tiles.x + tile.x];
+        widest = max(widest, arriving(reach, max(i, own) - min(i, own)));
     }
     new_reach_px[id.y * focus.tiles.x + id.x] = widest;
 }
 
 @compute @workgroup_size(8, 8)
+fn spread_rows(@builtin(global_invocation_id) id: vec3u) {
+    spread(id.xy, vec2u(1u, 0u));
+}
+
+@compute @workgroup_size(8, 8)
 fn spread_columns(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= focus.tiles) {
-        return;
-    }
-    var widest = 0.0;
-    let last = min(id.y + focus.reach, focus.tiles.y - 1u);
-    for (var y = max(id.y, focus.reach) - focus.reach; y <= last; y++) {
-        widest = max(widest, arriving(reach_px[y * focus.tiles.x + id.x], max(y, id.y) - min(y, id.y)));
-    }
-    new_reach_px[id.y * focus.tiles.x + id.x] = widest;
+    spread(id.xy, vec2u(0u, 1u));
 }
 
 fn is_reached(tile: vec2u) -> bool {
@@ -109,7 +108,7 @@ struct Blocks {
     origin: vec2i,
     /// Side of a block, px.
     side: i32,
-    unused: i32,
+    _unused: i32,
 }
 
 @group(0) @binding(7) var<uniform> blocks: Blocks;
@@ -131,9 +130,6 @@ fn list_blocks(@builtin(global_invocation_id) id: vec3u) {
     }
     list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, reached));
 }
-
-/// Workgroups along x: what every adapter allows.
-const MAX_GROUPS = 65535u;
 
 @compute @workgroup_size(1)
 fn plan_dispatches() {

@@ -10,7 +10,8 @@
 //!    (9): no leakage;
 //! 3. a level from a blur, equation (6) or the pyramid's measured second moment;
 //! 4. the DoB smoothed over the edges of the foreground, equation (11);
-//! 5. two levels blended through a circular filter, equation (8).
+//! 5. two levels blended through a circular filter, equation (8), or, by default, two discs
+//!    of neighbouring diameters that levels were filtered by beforehand ([`MipmapFilter`]).
 //!
 //! **Which lens this is.** The paper names a Gaussian lens of sigma = C/2, but its level
 //! formula blurs close to a *disc* of diameter C, whose standard deviation is C/4. Here
@@ -25,6 +26,7 @@ use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
 use glam::UVec2;
+use std::sync::LazyLock;
 
 const SHADER: Shader = shader!("methods/mipmap");
 const READ: Shader = shader!("methods/mipmap_read");
@@ -125,7 +127,7 @@ uniform! {
         overscan: u32,
         smoothing: u32,
         in_focus_coc_px: f32,
-        unused: [u32; 2],
+        _unused: [u32; 2],
         disc_variance: [f32; 4],
         discs: [[f32; 4]; 6],
     }
@@ -226,7 +228,7 @@ impl Method for Mipmap {
         if self.smoothing && !smoothing {
             frame.skip("no foreground: no smoothing");
         }
-        let params = Params { smoothing: smoothing.into(), ..self.uniform(view, lens, &grid) };
+        let params = self.uniform(view, lens, &grid, smoothing);
         let uniforms = Uniforms { lens: view.lens_uniform(lens), params };
         let blocks = blocks_of_levels(frame, view, lens, &grid);
         let pyramids = build_pyramids(frame, &pinhole, &grid, &uniforms, &blocks);
@@ -275,13 +277,15 @@ impl Mipmap {
         let m = if self.calibration == MipmapCalibration::Paper as usize {
             1.0 + (f64::from(self.k) * sigma_px).log2()
         } else {
-            // Level m has a variance of 0.79 * 4^(m-1) - 0.25: `level_variance` in the shader.
+            // Level m has a variance of 0.79 * 4^(m-1) - 0.25: `variance_as_printed` in the shader,
+            // which blurs less than the narrow disc on that level: enough levels for both.
             1.0 + 0.5 * (((lens.aperture.sigma_per_coc() * greatest_coc_px).powi(2) + 0.25) / 0.79).log2()
         };
         (m.ceil().max(0.0) as u32 + 1).min(MAX_LEVELS)
     }
 
-    fn uniform(&self, view: &View, lens: &Lens, grid: &PyramidGrid) -> Params {
+    fn uniform(&self, view: &View, lens: &Lens, grid: &PyramidGrid, smoothing: bool) -> Params {
+        let discs = &*DISCS;
         Params {
             sigma_per_coc: self.sigma_per_coc,
             k: self.k,
@@ -294,11 +298,11 @@ impl Mipmap {
             padding: grid.padding.as_ivec2().to_array(),
             levels: grid.levels,
             overscan: view.overscan_px(),
-            smoothing: 0,
+            smoothing: smoothing.into(),
             in_focus_coc_px: IN_FOCUS_COC_PX as f32,
-            unused: [0; 2],
-            disc_variance: array4(DISC_DIAMETERS.map(disc_variance)),
-            discs: DISC_NEIGHBOURS.map(|(dx, dy)| array4(DISC_DIAMETERS.map(|d| disc_weight(d, dx, dy)))),
+            _unused: [0; 2],
+            disc_variance: discs.variance,
+            discs: discs.weights,
         }
     }
 }
@@ -392,6 +396,17 @@ const DISC_DIAMETERS: [f64; 3] = [2.0, 3.0, 3.0 * std::f64::consts::SQRT_2];
 
 /// Neighbours that the discs reach, up to symmetry: `discs` in `shaders/lib/mipmap.wgsl`.
 const DISC_NEIGHBOURS: [(u32, u32); 6] = [(0, 0), (1, 0), (1, 1), (2, 0), (2, 1), (2, 2)];
+
+/// The discs as the shaders have them: computed once, for all frames.
+struct Discs {
+    variance: [f32; 4],
+    weights: [[f32; 4]; 6],
+}
+
+static DISCS: LazyLock<Discs> = LazyLock::new(|| Discs {
+    variance: array4(DISC_DIAMETERS.map(disc_variance)),
+    weights: DISC_NEIGHBOURS.map(|(dx, dy)| array4(DISC_DIAMETERS.map(|d| disc_weight(d, dx, dy)))),
+});
 
 fn array4(discs: [f64; 3]) -> [f32; 4] {
     [discs[0] as f32, discs[1] as f32, discs[2] as f32, 0.0]

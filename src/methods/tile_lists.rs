@@ -31,7 +31,7 @@ uniform! {
     struct Listed {
         tiles: [u32; 2],
         class_of: u32,
-        unused: u32,
+        _unused: u32,
     }
 }
 
@@ -39,7 +39,7 @@ uniform! {
     struct Blocks {
         origin: [i32; 2],
         side: i32,
-        unused: i32,
+        _unused: i32,
     }
 }
 
@@ -51,11 +51,11 @@ uniform! {
         reach_per_coc: f32,
         in_focus_coc_px: f32,
         reach: u32,
-        unused: u32,
+        _unused: u32,
     }
 }
 
-/// Lists of the tiles of an inner frame.
+/// Lists of the tiles of an image.
 pub struct TileLists {
     tiles: UVec2,
     /// Tiles (x | y << 16), each class's list as long as there are tiles.
@@ -65,7 +65,7 @@ pub struct TileLists {
 }
 
 impl TileLists {
-    /// Empty lists of the tiles of an inner frame of `size` px.
+    /// Empty lists of the tiles of an image of `size` texels.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
         let tiles = size.map(|side| side.div_ceil(TILE_PX));
         let bytes = 4 * CLASSES * u64::from(tiles.x) * u64::from(tiles.y);
@@ -105,7 +105,7 @@ impl TileLists {
     }
 
     fn listed(&self, class_of: u32) -> Listed {
-        Listed { tiles: self.tiles.to_array(), class_of, unused: 0 }
+        Listed { tiles: self.tiles.to_array(), class_of, _unused: 0 }
     }
 
     /// Copies the image, whose margin is `overscan` px, to `result` in the tiles of class
@@ -144,7 +144,7 @@ impl FocusMap {
             in_focus_coc_px: in_focus_coc_px as f32,
             // No tile is farther away than the frame is wide.
             reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
-            unused: 0,
+            _unused: 0,
         };
         let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
         let [marked, rows, all] =
@@ -182,7 +182,7 @@ impl FocusMap {
     pub fn blocks(&self, frame: &mut Frame<'_>, size: UVec2, texel_px: u32, padding: UVec2) -> TileLists {
         let lists = TileLists::new(frame.gpu(), size);
         let origin = (-padding.as_ivec2()).to_array();
-        let blocks = Blocks { origin, side: (TILE_PX * texel_px) as i32, unused: 0 };
+        let blocks = Blocks { origin, side: (TILE_PX * texel_px) as i32, _unused: 0 };
         let pass = frame.pass(&SHADER, "list_blocks").uniform("blocks", &blocks);
         self.list(lists.filled_by(pass), &lists);
         lists.plan(frame);

@@ -1,8 +1,8 @@
 //! References on disk: one of a thousand lens points costs minutes in software.
 //!
 //! An entry is an EXR (32-bit float) beside a small JSON, named by a hash of everything
-//! that the image depends on, the code that draws it included (`build.rs` names that). A damaged entry counts
-//! as none.
+//! that the image depends on, the code that draws it included (`build.rs` names that). A
+//! damaged entry counts as none.
 
 use super::reference::render_reference;
 use super::{GpuSource, Progress, Reference, ReferenceRequest, Source, StudyError, Truth};
