@@ -35,16 +35,46 @@ fn idf_sum(sums: texture_2d<f32>, sprites: Sprites, v: vec2f) -> f32 {
     return mix(rows.x, rows.y, inside.x);
 }
 
+/// What rounding leaves where the sums of the table differ by nothing: a few roundings of
+/// numbers up to 1. Inside a spot a cell, or a pixel that is larger, has some hundred times
+/// as much. Less would weigh nothing, were sums not divided by their alpha, however small.
+const SHARE_NOISE = 2.4e-7;
+
+/// Share of a sprite's light in a cell of the table.
+fn cell_share(sums: texture_2d<f32>, sprites: Sprites, cell: vec2f) -> f32 {
+    let corners = textureLoad(sums, vec2i(cell), 0);
+    let share = (corners.w - corners.z) - (corners.y - corners.x);
+    let inside = all(cell >= vec2f(0.0)) && all(cell < vec2f(f32(sprites.cells)));
+    return select(0.0, share, inside && share > SHARE_NOISE);
+}
+
+/// As a sum of up to four cells, for a pixel that is no larger than one, `side` cells wide:
+/// there the differences of the table's sums are all rounding.
+fn share_of_cells(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, side: f32) -> f32 {
+    let low = 0.5 * f32(sprites.cells) + (offset - 0.5) * side;
+    let cell = floor(low);
+    let first = min(vec2f(side), cell + 1.0 - low);
+    let second = side - first;
+    let top = first.x * cell_share(sums, sprites, cell) + second.x * cell_share(sums, sprites, cell + vec2f(1.0, 0.0));
+    let bottom = first.x * cell_share(sums, sprites, cell + vec2f(0.0, 1.0)) + second.x * cell_share(sums, sprites, cell + 1.0);
+    return first.y * top + second.y * bottom;
+}
+
 /// Share of a sprite's light that falls on the pixel `offset` px from it: the paper's
 /// alpha, kn(C) / C^2 inside the IDF.
 fn sprite_share(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, c: f32) -> f32 {
+    let cells_per_px = f32(sprites.cells) / (sprites.radius * max(abs(c), 1e-3));
+    if cells_per_px <= 1.0 {
+        return share_of_cells(sums, sprites, select(offset, -offset, c < 0.0), cells_per_px);
+    }
     // Below a thousandth of a pixel nothing but the pixel itself is reached.
     let v_per_px = 2.0 / select(max(c, 1e-3), min(c, -1e-3), c < 0.0);
     let low = (offset - 0.5) * v_per_px;
     let high = (offset + 0.5) * v_per_px;
     let right = idf_sum(sums, sprites, high) - idf_sum(sums, sprites, vec2f(high.x, low.y));
     let left = idf_sum(sums, sprites, vec2f(low.x, high.y)) - idf_sum(sums, sprites, low);
-    return max(right - left, 0.0);
+    let share = right - left;
+    return select(0.0, share, share > SHARE_NOISE);
 }
 
 /// Whether a spot stays within its own pixel.

@@ -226,39 +226,9 @@ fn vs_hidden(@builtin(vertex_index) corner: u32, @builtin(instance_index) index:
     return sprite(corner, vec2f(p) + 0.5, coc_diameter_px(lens, textureLoad(depth, p, 0).r), source(p));
 }
 
-/// What rounding leaves where the sums of the table differ by nothing: a few roundings of
-/// numbers up to 1. Inside a spot a cell, or a pixel that is larger, has some hundred times
-/// as much. Less would weigh nothing, were a layer not divided by its alpha, however small.
-const SHARE_NOISE = 2.4e-7;
-
-/// Share of a sprite's light in a cell of the table.
-fn cell_share(cell: vec2f) -> f32 {
-    let sums = textureLoad(idf_sums, vec2i(cell), 0);
-    let share = (sums.w - sums.z) - (sums.y - sums.x);
-    let inside = all(cell >= vec2f(0.0)) && all(cell < vec2f(f32(sprites.cells)));
-    return select(0.0, share, inside && share > SHARE_NOISE);
-}
-
-/// `sprite_share` with its digits where a pixel is smaller than a cell, as that of up to
-/// four cells: there the differences of sums are all rounding.
-fn exact_share(offset: vec2f, c: f32) -> f32 {
-    let side = f32(sprites.cells) / (sprites.radius * max(abs(c), 1e-3));
-    if side > 1.0 {
-        let share = sprite_share(idf_sums, sprites, offset, c);
-        return select(0.0, share, share > SHARE_NOISE);
-    }
-    let low = 0.5 * f32(sprites.cells) + (select(offset, -offset, c < 0.0) - 0.5) * side;
-    let cell = floor(low);
-    let first = min(vec2f(side), cell + 1.0 - low);
-    let second = side - first;
-    let top = first.x * cell_share(cell) + second.x * cell_share(cell + vec2f(1.0, 0.0));
-    let bottom = first.x * cell_share(cell + vec2f(0.0, 1.0)) + second.x * cell_share(cell + 1.0);
-    return first.y * top + second.y * bottom;
-}
-
 /// What reaches this pixel, on its layer: equations (5) and (6).
 fn layered(in: Fragment) -> Layers {
-    let share = exact_share(in.at.xy - in.centre, in.c);
+    let share = sprite_share(idf_sums, sprites, in.at.xy - in.centre, in.c);
     if share <= 0.0 {
         discard;
     }
