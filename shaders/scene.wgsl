@@ -17,8 +17,6 @@ struct View {
     /// Fragments whose stored depth z lies outside [z_far, z_near] are not in the layer.
     z_near: f32,
     z_far: f32,
-    /// 1: the base colour is what is seen, whatever the light.
-    unlit: u32,
     /// Added to the mipmap level of textures: positive where a pixel is drawn finely.
     lod_bias: f32,
 }
@@ -30,12 +28,19 @@ struct Material {
     roughness: f32,
     normal_scale: f32,
     alpha_cutoff: f32,
-    unlit: u32,
     /// Texture transforms, two rows each: base colour, metallic-roughness, normal, emissive.
     uv_rows: array<vec4f, 8>,
-    /// Bit k: texture k of that list is there.
-    textures: u32,
 }
+
+// Constants of a pipeline and not of a buffer: software adapters execute both sides of a
+// branch, and an anisotropic read is dear.
+
+/// Bit k: the material has texture k of the list below.
+override TEXTURES: u32 = 15u;
+/// Whether surfaces show their base colour, whatever the light.
+override UNLIT: bool = false;
+/// Whether `view.lod_bias` counts.
+override BIASED: bool = true;
 
 const BASE_COLOR = 0u;
 const METALLIC_ROUGHNESS = 1u;
@@ -108,18 +113,14 @@ fn transformed_uv(uv: vec2f, slot: u32) -> vec2f {
     return vec2f(dot(material.uv_rows[2u * slot].xyz, p), dot(material.uv_rows[2u * slot + 1u].xyz, p));
 }
 
-/// Whether the material has that texture. Uniform over a draw, so that derivatives stay
-/// defined where a missing texture's read is skipped.
+/// Whether the material has that texture.
 fn has(slot: u32) -> bool {
-    return (material.textures & (1u << slot)) != 0u;
+    return (TEXTURES & (1u << slot)) != 0u;
 }
 
 /// Widest footprint of a pixel, in repeats of the texture, that is filtered; over a wider
-/// one any texture is its mean.
+/// one any texture is its mean, which is its last level.
 const WIDEST_FOOTPRINT = 16.0;
-
-/// Beyond the last level of any texture.
-const MEAN_LEVEL = 32.0;
 
 /// A texture at the level that a pixel needs. Software Vulkan finds that level a little
 /// differently if there is a bias, so a bias of 0 is none.
@@ -132,15 +133,12 @@ fn sample(image: texture_2d<f32>, filtering: sampler, uv: vec2f) -> vec4f {
     let filtered = all(footprint < vec2f(WIDEST_FOOTPRINT));
     let safe = select(vec2f(0.5), uv, filtered);
     var color: vec4f;
-    if view.lod_bias == 0.0 {
-        color = textureSample(image, filtering, safe);
-    } else {
+    if BIASED {
         color = textureSampleBias(image, filtering, safe, view.lod_bias);
+    } else {
+        color = textureSample(image, filtering, safe);
     }
-    if !filtered {
-        color = textureSampleLevel(image, filtering, safe, MEAN_LEVEL);
-    }
-    return color;
+    return select(textureLoad(image, vec2i(0), textureNumLevels(image) - 1), color, filtered);
 }
 
 fn base_color(in: Surface) -> vec4f {
@@ -166,11 +164,6 @@ fn shading_normal(in: Surface, front: bool) -> vec3f {
     return select(-normal, normal, front);
 }
 
-/// Whether a surface shows its base colour, whatever the light. Uniform over a draw.
-fn is_unlit() -> bool {
-    return (material.unlit | view.unlit) != 0u;
-}
-
 fn surface_point(in: Surface, front: bool, base: vec4f) -> SurfacePoint {
     let normal = shading_normal(in, front);
     var emitted = material.emissive;
@@ -188,7 +181,7 @@ fn surface_point(in: Surface, front: bool, base: vec4f) -> SurfacePoint {
 }
 
 fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
-    if is_unlit() {
+    if UNLIT {
         return base.rgb;
     }
     let point = surface_point(in, front, base);
@@ -259,7 +252,7 @@ fn unshaded(color: vec3f, z: f32) -> Attributes {
 fn fs_attributes(in: Surface, @builtin(front_facing) front: bool) -> Attributes {
     let base = base_color(in);
     var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
-    if !is_unlit() {
+    if !UNLIT {
         point = surface_point(in, front, base);
     }
     if base.a < material.alpha_cutoff || !in_layer(in.clip) {

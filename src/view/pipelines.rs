@@ -19,9 +19,8 @@ uniform! {
         pub shading_eye: [f32; 3],
         pub z_near: f32,
         pub z_far: f32,
-        pub unlit: u32,
         pub lod_bias: f32,
-        pub _pad: u32,
+        pub _pad: [u32; 2],
     }
 }
 
@@ -58,10 +57,8 @@ uniform! {
         pub roughness: f32,
         pub normal_scale: f32,
         pub alpha_cutoff: f32,
-        pub unlit: u32,
+        pub _pad: u32,
         pub uv_rows: [[f32; 4]; 8],
-        pub textures: u32,
-        pub _pad: [u32; 3],
     }
 }
 
@@ -85,13 +82,24 @@ pub(super) struct Variant {
     pub masked: bool,
     pub double_sided: bool,
     pub mirrored: bool,
+    /// Bit k: the material has texture k.
+    pub textures: u32,
+    /// Whether surfaces show their base colour, whatever the light.
+    pub unlit: bool,
+}
+
+impl Variant {
+    /// Values of the shader's constants; `biased`: whether the level of textures is moved.
+    fn constants(self, biased: bool) -> [(&'static str, f64); 3] {
+        [("TEXTURES", self.textures.into()), ("UNLIT", self.unlit.into()), ("BIASED", biased.into())]
+    }
 }
 
 /// What a pipeline draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Drawn {
-    /// Surfaces of one kind.
-    Surfaces(Variant),
+    /// Surfaces of one kind; whether with the level of textures moved.
+    Surfaces(Variant, bool),
     /// The background.
     Sky,
     /// Nothing, but in front of everything, where the layer is said to hold nothing: what
@@ -155,7 +163,9 @@ impl Pipelines {
     pub(super) fn get(&self, kind: LayerKind, drawn: Drawn) -> wgpu::RenderPipeline {
         let mut made = self.made.lock().expect("no panic while a pipeline is made");
         let make = || match drawn {
-            Drawn::Surfaces(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
+            Drawn::Surfaces(variant, biased) => {
+                surface_pipeline(&self.device, &self.layout, &self.module, kind, (variant, biased))
+            }
             Drawn::Sky => sky_pipeline(&self.device, &self.layout, &self.module, kind),
             Drawn::Closed => closed_pipeline(&self.device, &self.layout, &self.module, kind),
         };
@@ -254,7 +264,7 @@ fn surface_pipeline(
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
     kind: LayerKind,
-    variant: Variant,
+    (variant, biased): (Variant, bool),
 ) -> wgpu::RenderPipeline {
     use wgpu::VertexFormat as Format;
     let attributes = wgpu::vertex_attr_array![
@@ -279,7 +289,9 @@ fn surface_pipeline(
     // Reversed depth: nearer is greater.
     let test = wgpu::CompareFunction::Greater;
     let buffers = [Some(vertices), Some(instances)];
-    let geometry = Geometry { buffers: &buffers, primitive, test, writes: wgpu::ColorWrites::ALL };
+    let constants = variant.constants(biased);
+    let geometry =
+        Geometry { buffers: &buffers, primitive, test, writes: wgpu::ColorWrites::ALL, constants: &constants };
     pipeline(device, layout, module, ["vs_surface", fragment], geometry, kind)
 }
 
@@ -316,12 +328,15 @@ struct Geometry<'a> {
     primitive: wgpu::PrimitiveState,
     test: wgpu::CompareFunction,
     writes: wgpu::ColorWrites,
+    /// Values of the shader's constants.
+    constants: &'a [(&'a str, f64)],
 }
 
 impl Geometry<'_> {
     /// A triangle over all of the frame.
     fn background(test: wgpu::CompareFunction) -> Self {
-        Self { buffers: &[], primitive: Default::default(), test, writes: wgpu::ColorWrites::ALL }
+        let writes = wgpu::ColorWrites::ALL;
+        Self { buffers: &[], primitive: Default::default(), test, writes, constants: &[] }
     }
 }
 
@@ -336,7 +351,7 @@ fn pipeline(
     let targets = [COLOR, STORED_DEPTH].iter().chain(kind.attributes());
     let target = |&format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: geometry.writes });
     let targets: Vec<_> = targets.map(target).collect();
-    let compilation_options = wgpu::PipelineCompilationOptions::default();
+    let compilation_options = wgpu::PipelineCompilationOptions { constants: geometry.constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
         layout: Some(layout),

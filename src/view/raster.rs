@@ -128,7 +128,7 @@ impl SceneSource {
         let mut first = 0;
         for VisibleItem { item, instances } in &visible {
             let end = first + instances.len() as u32;
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant)));
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant, shot.lod_bias != 0.0)));
             pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
             pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
             first = end;
@@ -184,7 +184,6 @@ impl SceneSource {
             shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),
             z_near: shot.query.z_near,
             z_far: shot.query.z_far,
-            unlit: self.scene.options.unlit.into(),
             lod_bias: shot.lod_bias,
             ..Default::default()
         }

@@ -68,7 +68,7 @@ impl GpuScene {
             vertices: init("vertices", &vertices, wgpu::BufferUsages::VERTEX),
             indices: init("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
             materials: materials(gpu, &pipelines, scene, options),
-            draws: draws(scene, &ranges),
+            draws: draws(scene, &ranges, options),
             instances: instances(scene),
             environment: scene.environment,
             lights: scene.lights.clone(),
@@ -119,7 +119,7 @@ fn instances(scene: &Scene) -> Vec<GpuInstance> {
     scene.instances.iter().map(of).collect()
 }
 
-fn draws(scene: &Scene, ranges: &[MeshRange]) -> Vec<DrawItem> {
+fn draws(scene: &Scene, ranges: &[MeshRange], options: SurfaceOptions) -> Vec<DrawItem> {
     let mut items: Vec<DrawItem> = Vec::new();
     let mut found = std::collections::HashMap::new();
     for (index, instance) in scene.instances.iter().enumerate() {
@@ -128,8 +128,14 @@ fn draws(scene: &Scene, ranges: &[MeshRange]) -> Vec<DrawItem> {
         let mirrored = instance.world_from_object.matrix3.determinant() < 0.0;
         let item = *found.entry((instance.mesh, mirrored)).or_insert_with(|| {
             let (indices, base_vertex) = ranges[instance.mesh].clone();
-            let masked = material.alpha_cutoff.is_some();
-            let variant = Variant { masked, double_sided: material.double_sided, mirrored };
+            let uses = texture_uses(material).into_iter().enumerate();
+            let variant = Variant {
+                masked: material.alpha_cutoff.is_some(),
+                double_sided: material.double_sided,
+                mirrored,
+                textures: uses.map(|(slot, used)| u32::from(used.is_some()) << slot).sum(),
+                unlit: material.unlit || options.unlit,
+            };
             items.push(DrawItem { variant, material: mesh.material, indices, base_vertex, instances: Vec::new() });
             items.len() - 1
         });
@@ -188,9 +194,7 @@ fn uniform(material: &Material, uses: &[Option<TextureUse>; 4]) -> MaterialUnifo
         roughness: material.roughness,
         normal_scale: material.normal_scale,
         alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
-        unlit: material.unlit.into(),
         uv_rows,
-        textures: uses.iter().enumerate().map(|(slot, u)| u32::from(u.is_some()) << slot).sum(),
         ..Default::default()
     }
 }
