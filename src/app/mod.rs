@@ -125,6 +125,8 @@ pub struct App {
     engine: Engine,
     render_state: RenderState,
     textures: BTreeMap<PaneId, Registered>,
+    /// Ids that this frame still paints with.
+    retired: Vec<TextureId>,
     viewport: Viewport,
     eyes: eyes::Eyes,
     focus_motion: focusing::FocusMotion,
@@ -245,6 +247,7 @@ impl App {
             engine: Engine::new(Gpu::from_device(&adapter.get_info(), device, queue)),
             render_state: render_state.clone(),
             textures: BTreeMap::new(),
+            retired: Vec::new(),
             viewport: Viewport::default(),
             eyes: Default::default(),
             focus_motion: Default::default(),
@@ -468,6 +471,7 @@ impl App {
         let device = &self.render_state.device;
         let gone: Vec<PaneId> = self.textures.keys().copied().filter(|id| self.engine.pane(*id).is_none()).collect();
         let mut renderer = self.render_state.renderer.write();
+        self.retired.drain(..).for_each(|id| renderer.free_texture(&id));
         for id in gone {
             if let Some(registered) = self.textures.remove(&id) {
                 renderer.free_texture(&registered.id);
@@ -478,13 +482,15 @@ impl App {
             let filter = self.viewport.filter();
             match self.textures.get_mut(&pane.id) {
                 Some(known) if known.texture.same(&shown) && known.filter == filter => {}
-                Some(known) => {
+                Some(known) if known.texture.size() == shown.size() => {
                     renderer.update_egui_texture_from_wgpu_texture(device, shown.view(), filter, known.id);
                     (known.texture, known.filter) = (shown, filter);
                 }
-                None => {
+                // One of another shape is placed otherwise, which this frame did not know.
+                _ => {
                     let id = renderer.register_native_texture(device, shown.view(), filter);
-                    self.textures.insert(pane.id, Registered { id, texture: shown, filter });
+                    let old = self.textures.insert(pane.id, Registered { id, texture: shown, filter });
+                    self.retired.extend(old.map(|registered| registered.id));
                     // It has an id to be painted by from the next frame on.
                     ctx.request_repaint();
                 }

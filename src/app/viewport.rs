@@ -18,6 +18,10 @@ const SLOW_FRAME_MS: f64 = 60.0;
 /// How long the camera must rest before a reduced picture is refined, seconds.
 const REST_SECONDS: f64 = 0.2;
 
+/// How long mouse and keys must rest before slow steps of a reference go on, seconds: longer
+/// than between two letters that are typed.
+const HOLD_SECONDS: f64 = 0.5;
+
 /// A picture with a shorter side than this, px, shows nothing worth drawing.
 const LEAST_SIDE_PX: u32 = 16;
 
@@ -41,6 +45,7 @@ pub struct Viewport {
     hovered: Option<PaneId>,
     blinking: bool,
     last_motion_s: f64,
+    last_input_s: f64,
     /// Time of a frame at full size, ms.
     full_ms: f64,
     scale: f64,
@@ -61,6 +66,7 @@ impl Default for Viewport {
             hovered: None,
             blinking: false,
             last_motion_s: f64::NEG_INFINITY,
+            last_input_s: f64::NEG_INFINITY,
             full_ms: 0.0,
             scale: 1.0,
             filter: wgpu::FilterMode::Linear,
@@ -291,6 +297,10 @@ impl App {
         let first = self.viewport.hovered.filter(|id| self.viewport.areas.contains_key(id)).unwrap_or(self.document.a);
         let mut request = Request::new(&self.document, self.viewport.size_px, self.viewport.scale, first);
         request.visible = self.visible_panes();
+        if ui.input(|i| !i.events.is_empty()) {
+            self.viewport.last_input_s = now_s;
+        }
+        request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         self.viewport.filter = self.chosen_filter();
         match self.update_eyes(&mut request) {
             Ok(news) => {

@@ -56,6 +56,9 @@ const MAX_IN_FLIGHT: usize = 2;
 /// How long pictures must rest before they are measured, which takes all cores.
 const REST: Duration = Duration::from_millis(250);
 
+/// How soon to look again whether a held reference may go on.
+const HOLD: Duration = Duration::from_millis(100);
+
 /// A submitted frame whose times have not arrived.
 struct InFlight {
     parts: Vec<Part>,
@@ -84,6 +87,7 @@ pub struct Engine {
     in_flight: Vec<InFlight>,
     revisions: u64,
     ms_per_view: f64,
+    held: bool,
     depths_m: Option<Vec<f32>>,
     colors: HashMap<PaneId, (u64, Arc<ColorImage>)>,
     judge: Judge,
@@ -110,6 +114,7 @@ impl Engine {
             in_flight: Vec::new(),
             revisions: 0,
             ms_per_view: STEP_BUDGET_MS,
+            held: false,
             depths_m: None,
             colors: HashMap::new(),
             judge: Judge::default(),
@@ -190,8 +195,9 @@ impl Engine {
     /// When [`Engine::update`] should be called again although nothing was changed: soon
     /// where there is work to do, later where there is only something to wait for.
     pub fn wants_update_in(&self) -> Option<Duration> {
-        let busy = !self.in_flight.is_empty() || !self.waiting.is_empty() || self.is_converging();
-        match busy {
+        let busy = !self.in_flight.is_empty() || !self.waiting.is_empty();
+        match busy || self.is_converging() {
+            true if !busy && self.held => Some(HOLD),
             // Soon enough to keep a GPU busy with a converging reference.
             true => Some(Duration::from_millis(4)),
             false if self.judge.is_busy() || self.unjudged => Some(Duration::from_millis(60)),
@@ -221,7 +227,9 @@ impl Engine {
         let stale = |id: &PaneId| self.panes.get(id).is_some_and(|p| p.made_for.as_ref() != Some(&request.exposure));
         self.waiting = needed.iter().copied().filter(stale).collect();
         let chosen = self.choose(request);
-        let converging = match chosen.is_empty() && self.in_flight.is_empty() && self.waiting.is_empty() {
+        self.held = request.held && self.ms_per_view > STEP_BUDGET_MS;
+        let idle = chosen.is_empty() && self.in_flight.is_empty() && self.waiting.is_empty();
+        let converging = match idle && !self.held {
             true => needed.iter().copied().filter(|id| self.panes[id].is_converging()).collect(),
             false => Vec::new(),
         };

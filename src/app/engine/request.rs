@@ -48,6 +48,9 @@ pub struct Request {
     pub reference: Option<PaneId>,
     /// The one that is brought up to date first, where not all can be at once.
     pub first: PaneId,
+    /// Whether the person is at mouse or keys: a reference waits where a step of it takes
+    /// longer than one notices.
+    pub held: bool,
 }
 
 impl Request {
@@ -78,6 +81,7 @@ impl Request {
             visible: document.visible(),
             reference,
             first,
+            held: false,
         }
     }
 
