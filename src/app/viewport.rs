@@ -46,6 +46,8 @@ pub struct Viewport {
     blinking: bool,
     last_motion_s: f64,
     last_input_s: f64,
+    /// Whether what is dragged is the divider.
+    dividing: bool,
     /// Time of a frame at full size, ms.
     full_ms: f64,
     scale: f64,
@@ -67,6 +69,7 @@ impl Default for Viewport {
             blinking: false,
             last_motion_s: f64::NEG_INFINITY,
             last_input_s: f64::NEG_INFINITY,
+            dividing: false,
             full_ms: 0.0,
             scale: 1.0,
             filter: wgpu::FilterMode::Linear,
@@ -186,7 +189,7 @@ impl App {
         self.magnify(ui, &response, area, picture);
         let pressed_at = response.interact_pointer_pos().filter(|at| picture.contains(*at));
         let pressed_at = pressed_at.map(|at| within(picture, at));
-        if !self.drag_lens(ui, &response, pressed_at) {
+        if !self.drag_divider(ui, &response, area, picture, ids) && !self.drag_lens(ui, &response, pressed_at) {
             self.navigate(ui, &response, now_s);
         }
         if let (true, Some(at)) = (response.clicked(), pressed_at) {
@@ -356,18 +359,45 @@ impl App {
         }
     }
 
+    /// Moves the divider where the drag began on it; true if it did. Where the pointer is
+    /// when a slow frame comes to see the press may be far from it by then.
+    fn drag_divider(&mut self, ui: &Ui, response: &Response, area: Rect, picture: Rect, ids: &[PaneId]) -> bool {
+        let part = picture.intersect(area);
+        if response.drag_started_by(PointerButton::Primary) {
+            let from = ui.input(|i| i.pointer.press_origin());
+            let handle = handle(part, self.document.divider);
+            self.viewport.dividing = ids.len() > 1 && from.is_some_and(|from| handle.contains(from));
+        }
+        let dividing = self.viewport.dividing && response.dragged_by(PointerButton::Primary);
+        if dividing {
+            self.move_divider(part, response);
+        }
+        dividing
+    }
+
+    fn move_divider(&mut self, part: Rect, response: &Response) {
+        if let Some(at) = response.interact_pointer_pos() {
+            self.document.divider = ((at.x - part.left()) / part.width()).clamp(0.0, 1.0);
+        }
+    }
+
     fn divider(&mut self, ui: &mut Ui, area: Rect, picture: Rect) {
         let part = picture.intersect(area);
-        let x = part.left() + self.document.divider * part.width();
-        let handle = Rect::from_x_y_ranges(x - 6.0..=x + 6.0, part.y_range());
+        let handle = handle(part, self.document.divider);
         let response = ui.interact(handle, ui.scope_id().with("divider"), Sense::drag());
         let response = response.on_hover_and_drag_cursor(CursorIcon::ResizeHorizontal);
-        if let (true, Some(at)) = (response.dragged(), response.interact_pointer_pos()) {
-            self.document.divider = ((at.x - part.left()) / part.width()).clamp(0.0, 1.0);
+        if response.dragged() {
+            self.move_divider(part, &response);
         }
         let share = f64::from(self.document.divider);
         response.widget_info(|| WidgetInfo::slider(true, share, "Divider"));
     }
+}
+
+/// Where the divider can be taken hold of.
+fn handle(picture: Rect, share: f32) -> Rect {
+    let x = picture.left() + share * picture.width();
+    Rect::from_x_y_ranges(x - 6.0..=x + 6.0, picture.y_range())
 }
 
 /// Flight in view space for this frame, in distances to the pivot, if a key is held.
