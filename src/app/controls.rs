@@ -8,13 +8,17 @@ use super::widgets::{self, Real, choice};
 use super::{style, timing};
 use crate::combine;
 use crate::display::ToneMap;
-use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui};
+use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
 
 impl App {
     /// The panel on the right.
     pub(super) fn controls(&mut self, ui: &mut Ui) {
         Panel::right("controls").default_size(style::PANEL_WIDTH).size_range(280.0..=440.0).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+                // What is wider than the panel is cut off: it would make the panel grow from
+                // frame to frame, as sliders take what width there is.
+                let outside = ui;
+                let ui = &mut outside.new_child(UiBuilder::new());
                 ui.add_space(4.0);
                 self.lens_group(ui);
                 self.focus_group(ui);
@@ -24,6 +28,8 @@ impl App {
                 self.vr_group(ui);
                 group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
                 ui.add_space(8.0);
+                let height = ui.min_rect().height();
+                outside.allocate_space(vec2(outside.available_width(), height));
             });
         });
     }

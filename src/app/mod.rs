@@ -456,6 +456,9 @@ impl App {
     fn update_pictures(&mut self, ui: &Ui) {
         if self.shows_what_is_named() {
             self.update_engine(ui);
+        } else {
+            // For the lens that suits what is being opened.
+            self.viewport.measure(ui.ctx().pixels_per_point());
         }
         self.register_textures(ui.ctx());
     }

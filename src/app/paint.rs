@@ -206,7 +206,8 @@ pub fn over(app: &App, ui: &Ui, area: Rect, id: PaneId) {
         (_, Some(spec)) if is_first => loading(ui, area, spec),
         (Some(problem), None) if is_first => banner(ui, area, problem),
         (None, None) if is_first && app.viewport.hint && app.engine.source().is_some() => {
-            hint(ui, area, "Click what should be sharp · drag to look around · press V to compare with the truth");
+            let next = if app.document.panes.len() > 1 { "" } else { " · press V to compare with the truth" };
+            hint(ui, area, &format!("Click what should be sharp · drag to look around{next}"));
         }
         _ => {}
     }

@@ -144,7 +144,7 @@ impl Viewport {
 
     /// The largest of the areas is what the picture is drawn for: it is the same in all
     /// panes, so that they can be compared.
-    fn measure(&mut self, ppp: f32) {
+    pub(super) fn measure(&mut self, ppp: f32) {
         let px = |points: f32| (points.max(0.0) * ppp).round() as u32;
         let sizes = self.areas.values().map(|area| uvec2(px(area.width()), px(area.height())));
         self.size_px = sizes.max_by_key(|size| u64::from(size.x) * u64::from(size.y)).unwrap_or(UVec2::ZERO);

@@ -6,7 +6,7 @@ use eframe::egui::{Align, ComboBox, Label, Layout, Response, Slider, SliderClamp
 use std::ops::RangeInclusive;
 
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 92.0;
+const NUMBER_WIDTH: f32 = 102.0;
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {

@@ -498,7 +498,8 @@ impl Engine {
         }
     }
 
-    /// A lens that suits the source seen by `camera` in a frame of `size`.
+    /// A lens that suits the source seen by `camera` in a frame of `size`, on a display that
+    /// shows it under the angle under which it was taken.
     ///
     /// # Errors
     ///
@@ -509,6 +510,10 @@ impl Engine {
         if let Some(camera) = camera {
             view.set_camera(camera);
         }
-        Ok(source.source().default_lens(&view.depth_m(&self.gpu)))
+        let lens = source.source().default_lens(&view.depth_m(&self.gpu));
+        let fitted = lens.with_display_fov_x(view.size().x, view.projection().fov_x());
+        // The CoC in pixels is proportional to both.
+        let as_wide = lens.density_px_per_mm / fitted.density_px_per_mm;
+        Ok(Lens { aperture_diameter_mm: lens.aperture_diameter_mm * as_wide, ..fitted })
     }
 }
