@@ -20,6 +20,8 @@ struct Present {
     overscan: u32,
     /// Added to what a relative difference is relative to.
     dark: f32,
+    /// How much an overlay hides of the picture, 0 to 1.
+    opacity: f32,
 }
 
 /// One channel of a texture on a colour scale.
@@ -27,6 +29,10 @@ struct Plane {
     low: f32,
     high: f32,
     channel: u32,
+    _unused: u32,
+    /// Upper left corner of the texture, px of the picture, and its texels a pixel.
+    min_px: vec2f,
+    texels_per_px: vec2f,
 }
 
 @group(0) @binding(0) var<uniform> present: Present;
@@ -101,9 +107,14 @@ fn mapped(t: f32) -> vec3f {
     return color_map[u32(round(clamp(t, 0.0, 1.0) * 255.0))].rgb;
 }
 
+/// The picture as grey: under a map its colours would look like the map's.
+fn grey_at(p: vec2u) -> vec3f {
+    return vec3f(luminance(encoded_at(p)));
+}
+
 /// A map's colour with so much of the picture left that one finds one's way in it.
 fn over_picture(map: vec3f, p: vec2u) -> vec3f {
-    return mix(vec3f(luminance(encoded_at(p))), map, 0.75);
+    return mix(grey_at(p), map, present.opacity);
 }
 
 fn store(p: vec2u, c: vec3f) {
@@ -134,7 +145,7 @@ fn reciprocal_depth(@builtin(global_invocation_id) id: vec3u) {
         return;
     }
     let z = textureLoad(depth, id.xy + present.overscan, 0).r;
-    store(id.xy, mapped(z / present.full_scale));
+    store(id.xy, over_picture(mapped(z / present.full_scale), id.xy));
 }
 
 /// What |c| <= full_scale keeps its colours; the rest is grey, tinted with the map's ends.
@@ -146,7 +157,7 @@ fn zone(@builtin(global_invocation_id) id: vec3u) {
     let c = coc_at(id.xy);
     var shown = encoded_at(id.xy);
     if abs(c) > present.full_scale {
-        shown = mix(vec3f(luminance(shown)), mapped(select(1.0, 0.0, c < 0.0)), 0.45);
+        shown = over_picture(mapped(select(1.0, 0.0, c < 0.0)), id.xy);
     }
     store(id.xy, shown);
 }
@@ -202,12 +213,33 @@ fn channel_range(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
-/// One channel, from `low` to `high` over the map.
+/// The map's colour of a value, `low` at its start and `high` at its end.
+fn mapped_between(v: f32) -> vec3f {
+    return mapped((v - plane.low) / max(plane.high - plane.low, 1.0e-30));
+}
+
+/// One channel alone.
 @compute @workgroup_size(8, 8)
 fn one_channel(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= textureDimensions(result)) {
         return;
     }
-    let v = textureLoad(color, id.xy, 0)[plane.channel];
-    store(id.xy, mapped((v - plane.low) / max(plane.high - plane.low, 1.0e-30)));
+    store(id.xy, mapped_between(textureLoad(color, id.xy, 0)[plane.channel]));
+}
+
+/// One channel of `other` over the picture: of each pixel the texel that its centre lies in.
+@compute @workgroup_size(8, 8)
+fn one_channel_over(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(result)) {
+        return;
+    }
+    let texel = vec2i(floor((vec2f(id.xy) + 0.5 - plane.min_px) * plane.texels_per_px));
+    var shown = grey_at(id.xy);
+    if all(texel >= vec2i(0)) && all(texel < vec2i(textureDimensions(other))) {
+        let v = textureLoad(other, texel, 0)[plane.channel];
+        if is_finite(vec3f(v)) {
+            shown = over_picture(mapped_between(v), id.xy);
+        }
+    }
+    store(id.xy, shown);
 }

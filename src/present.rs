@@ -10,6 +10,12 @@ use crate::metrics::colormap::ColorMap;
 use crate::view::View;
 use crate::{shader, uniform};
 
+mod place;
+mod slice;
+
+pub use place::Place;
+pub use slice::{Numbers, Slice, slice_picture, slice_range};
+
 const SHADER: Shader = shader!("present");
 
 /// Format of what is presented: sRGB-encoded values, alpha 1.
@@ -22,6 +28,9 @@ pub const DIFFERENCE_FULL_SCALE: f32 = 0.25;
 /// The relative difference of linear values that reaches the end of the colour map.
 pub const RELATIVE_FULL_SCALE: f32 = 1.0;
 
+/// How much the tint of [`Overlay::Zone`] hides: little, since what is blurred is to be seen.
+const ZONE_OPACITY: f32 = 0.45;
+
 /// Linear radiance added to what a relative difference is relative to: a hundredth of
 /// white, below which a display shows next to nothing.
 pub const RELATIVE_DARK: f32 = 0.01;
@@ -33,14 +42,7 @@ uniform! {
         full_scale: f32,
         overscan: u32,
         dark: f32,
-    }
-}
-
-uniform! {
-    struct Plane {
-        low: f32,
-        high: f32,
-        channel: u32,
+        opacity: f32,
     }
 }
 
@@ -51,7 +53,14 @@ impl Present {
             ToneMap::Reinhard => 1,
             ToneMap::Agx => 2,
         };
-        Self { gain: display.exposure_ev.exp2(), tone_map, full_scale: 1.0, overscan: 0, dark: RELATIVE_DARK }
+        Self {
+            gain: display.exposure_ev.exp2(),
+            tone_map,
+            full_scale: 1.0,
+            overscan: 0,
+            dark: RELATIVE_DARK,
+            opacity: 1.0,
+        }
     }
 }
 
@@ -62,9 +71,14 @@ pub enum Overlay {
     Coc {
         /// |c| at the ends of the map, px, above 0.
         full_scale_px: f32,
+        /// How much the colours hide of the picture, which is grey under them: 0 to 1.
+        opacity: f32,
     },
     /// Reciprocal depth: [`Map::Sequential`] from infinity to the nearest surface.
-    Depth,
+    Depth {
+        /// As of [`Overlay::Coc`].
+        opacity: f32,
+    },
     /// Which part is sharp: it keeps its colours, the rest is grey with a tint of the
     /// ends of [`Map::Diverging`].
     Zone {
@@ -138,18 +152,22 @@ pub fn overlay(
     assert_eq!(color.size(), view.size(), "a picture of the view has its size");
     let depth = view.pinhole(frame).depth;
     let result = frame.texture("overlay", color.size(), FORMAT);
-    let (entry, map, full_scale) = match overlay {
-        Overlay::Coc { full_scale_px } => ("coc", Map::Diverging, full_scale_px),
-        // A view of nothing but the background has no nearest surface: any scale will do.
-        Overlay::Depth => ("reciprocal_depth", Map::Sequential, view.z_bounds(frame)[1].max(f32::MIN_POSITIVE)),
-        Overlay::Zone { acceptable_px } => ("zone", Map::Diverging, acceptable_px),
+    let (entry, map, full_scale, opacity) = match overlay {
+        Overlay::Coc { full_scale_px, opacity } => ("coc", Map::Diverging, full_scale_px, opacity),
+        Overlay::Depth { opacity } => {
+            // A view of nothing but the background has no nearest surface: any scale will do.
+            let nearest = view.z_bounds(frame)[1].max(f32::MIN_POSITIVE);
+            ("reciprocal_depth", Map::Sequential, nearest, opacity)
+        }
+        Overlay::Zone { acceptable_px } => ("zone", Map::Diverging, acceptable_px, ZONE_OPACITY),
     };
-    let present = Present { full_scale, overscan: view.overscan_px(), ..Present::new(display) };
+    let present = Present { full_scale, overscan: view.overscan_px(), opacity, ..Present::new(display) };
     let color_map = frame.gpu().buffer_of("colour map", &map.table());
-    let mut pass = frame.pass(&SHADER, entry).uniform("present", &present).texture("depth", &depth);
-    if overlay != Overlay::Depth {
-        pass = pass.uniform("lens", &view.lens_uniform(lens)).texture("color", color);
-    }
+    let pass = frame.pass(&SHADER, entry).uniform("present", &present).texture("depth", &depth).texture("color", color);
+    let pass = match overlay {
+        Overlay::Depth { .. } => pass,
+        _ => pass.uniform("lens", &view.lens_uniform(lens)),
+    };
     pass.buffer("color_map", &color_map).texture("result", &result).dispatch(color.size());
     result
 }
@@ -199,62 +217,5 @@ pub fn difference(frame: &mut Frame<'_>, a: &Texture, b: &Texture, display: &Dis
         .buffer("color_map", &color_map)
         .texture("result", &result)
         .dispatch(a.size());
-    result
-}
-
-/// A level and a layer of a float texture.
-#[derive(Clone, Copy, Debug)]
-pub struct Slice<'a> {
-    /// The texture.
-    pub texture: &'a Texture,
-    /// Mipmap level.
-    pub level: u32,
-    /// Array layer.
-    pub layer: u32,
-}
-
-/// The display values of a slice's red, green and blue.
-pub fn slice_picture(frame: &mut Frame<'_>, slice: Slice<'_>, display: &Display) -> Texture {
-    let size = slice.texture.level_size(slice.level);
-    let result = frame.texture("slice", size, FORMAT);
-    frame
-        .pass(&SHADER, "picture")
-        .uniform("present", &Present::new(display))
-        .slice("color", slice.texture, slice.level, slice.layer)
-        .texture("result", &result)
-        .dispatch(size);
-    result
-}
-
-/// Least and greatest finite value of one channel (0 to 3) of a slice; `None` where there
-/// is none. Waits for the GPU.
-pub fn slice_range(frame: &mut Frame<'_>, slice: Slice<'_>, channel: u32) -> Option<[f32; 2]> {
-    let bounds = frame.gpu().buffer_of("channel range", &[u32::MAX, 0]);
-    frame
-        .pass(&SHADER, "channel_range")
-        .uniform("plane", &Plane { low: 0.0, high: 1.0, channel })
-        .slice("color", slice.texture, slice.level, slice.layer)
-        .buffer("bounds", &bounds)
-        .dispatch(slice.texture.level_size(slice.level));
-    let bits: Vec<u32> = frame.read_buffer(&bounds);
-    let float = |bits: u32| f32::from_bits(if bits & 1 << 31 == 0 { !bits } else { bits & !(1 << 31) });
-    match bits[..] {
-        [low, high] if low <= high => Some([float(low), float(high)]),
-        _ => None,
-    }
-}
-
-/// One channel (0 to 3) of a slice on `map`, its ends at the values `ends`.
-pub fn slice_channel(frame: &mut Frame<'_>, slice: Slice<'_>, channel: u32, map: Map, ends: [f32; 2]) -> Texture {
-    let size = slice.texture.level_size(slice.level);
-    let result = frame.texture("slice", size, FORMAT);
-    let color_map = frame.gpu().buffer_of("colour map", &map.table());
-    frame
-        .pass(&SHADER, "one_channel")
-        .uniform("plane", &Plane { low: ends[0], high: ends[1], channel })
-        .slice("color", slice.texture, slice.level, slice.layer)
-        .buffer("color_map", &color_map)
-        .texture("result", &result)
-        .dispatch(size);
     result
 }

@@ -12,6 +12,7 @@
 //! ```
 
 use crate::camera::Camera;
+use crate::image::Image;
 use glam::{Mat3, UVec2, Vec3, uvec2};
 use std::ops::RangeInclusive;
 
@@ -68,6 +69,16 @@ impl Layout {
         (Self::GreyAnaglyph, "Anaglyph, grey"),
     ];
 
+    /// Its short name, as the command line takes it.
+    pub fn id(self) -> &'static str {
+        match self {
+            Self::Parallel => "parallel",
+            Self::Crossed => "crossed",
+            Self::Anaglyph => "anaglyph",
+            Self::GreyAnaglyph => "grey-anaglyph",
+        }
+    }
+
     /// Whether the pictures stand side by side.
     pub fn is_side_by_side(self) -> bool {
         matches!(self, Self::Parallel | Self::Crossed)
@@ -76,6 +87,17 @@ impl Layout {
     /// Size of each eye's picture, px, in a frame of `size`.
     pub fn eye_size(self, size: UVec2) -> UVec2 {
         if self.is_side_by_side() { uvec2((size.x / 2).max(1), size.y) } else { size }
+    }
+
+    /// The two eyes' pictures beside each other. Panics if their sizes differ.
+    pub fn side_by_side<T: Copy>(self, left: &Image<T>, right: &Image<T>) -> Image<T> {
+        assert_eq!(left.size, right.size, "both eyes see with one size");
+        let (first, second) = if self == Self::Crossed { (right, left) } else { (left, right) };
+        let width = left.size.x;
+        Image::from_fn(uvec2(2 * width, left.size.y), |x, y| match x < width {
+            true => first.at(x, y),
+            false => second.at(x - width, y),
+        })
     }
 
     /// What of the left and the right eye's linear display values an anaglyph shows: it is
@@ -95,6 +117,20 @@ impl Layout {
     pub fn anaglyph(self, left: Vec3, right: Vec3) -> Vec3 {
         let [l, r] = self.anaglyph_matrices();
         (l * left + r * right).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+}
+
+/// There is no layout of that name.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[error("there is no layout '{}'; there are parallel, crossed, anaglyph and grey-anaglyph", .0.escape_debug())]
+pub struct UnknownLayout(pub String);
+
+impl std::str::FromStr for Layout {
+    type Err = UnknownLayout;
+
+    fn from_str(id: &str) -> Result<Self, UnknownLayout> {
+        let known = Self::ALL.iter().find(|(layout, _)| layout.id() == id);
+        known.map(|(layout, _)| *layout).ok_or_else(|| UnknownLayout(id.into()))
     }
 }
 
@@ -127,11 +163,16 @@ const DUBOIS: [Mat3; 2] = [
 ];
 
 impl Stereo {
+    /// Greatest distance of the eyes, mm: a giant's, who sees the scene as a model.
+    pub const MOST_IPD_MM: f64 = 1000.0;
+
+    /// Nearest window, metres: through a nearer one an eye sees none of what the other does.
+    pub const NEAREST_WINDOW_M: f64 = 0.05;
+
     /// The same with what a file or a typed number could have wrong put right.
     pub fn repaired(self) -> Self {
-        let ipd_mm = if self.ipd_mm.is_nan() { MEAN_IPD_MM } else { self.ipd_mm.clamp(0.0, 1000.0) };
-        // Through a window nearer than this an eye sees none of what the other does.
-        let window_m = if self.window_m.is_nan() { f64::INFINITY } else { self.window_m.max(0.05) };
+        let ipd_mm = if self.ipd_mm.is_nan() { MEAN_IPD_MM } else { self.ipd_mm.clamp(0.0, Self::MOST_IPD_MM) };
+        let window_m = if self.window_m.is_nan() { f64::INFINITY } else { self.window_m.max(Self::NEAREST_WINDOW_M) };
         Self { ipd_mm, window_m, ..self }
     }
 

@@ -2,12 +2,12 @@
 
 mod common;
 
-use defocus::display::{Display, ToneMap};
-use defocus::gpu::{Gpu, download_rgba8, upload};
+use defocus::display::{Display, LUMINANCE, ToneMap};
+use defocus::gpu::{Gpu, download_rgba8, upload, upload_scalar};
 use defocus::image::{ColorImage, DepthImage, Image};
-use defocus::present::{self, DIFFERENCE_FULL_SCALE, DifferenceOf, Map, Overlay};
+use defocus::present::{self, DIFFERENCE_FULL_SCALE, DifferenceOf, Map, Numbers, Overlay, Place, Slice};
 use defocus::view::View;
-use glam::{UVec2, Vec3, uvec2, vec3};
+use glam::{UVec2, Vec3, dvec2, uvec2, vec3};
 use half::f16;
 use std::sync::OnceLock;
 
@@ -87,23 +87,27 @@ const MAP_STEPS: f32 = 3.0;
 
 #[test]
 fn coc_overlay_shows_the_signed_coc() {
-    let (shown, grey) = overlaid(Overlay::Coc { full_scale_px: 20.0 });
+    let opacity = 0.75;
+    let (shown, grey) = overlaid(Overlay::Coc { full_scale_px: 20.0, opacity });
     let lens = common::lens(10.0, 3.0);
     let depths = ramp(shown.size);
     let expected = |x, y| {
         let c = lens.coc_diameter_px(f64::from(depths.at(x, y))) as f32;
-        grey.lerp(colour(Map::Diverging, 0.5 + 0.5 * c / 20.0), 0.75)
+        grey.lerp(colour(Map::Diverging, 0.5 + 0.5 * c / 20.0), opacity)
     };
     assert!(worst_steps(&shown, expected) <= MAP_STEPS);
 }
 
 #[test]
 fn depth_overlay_shows_reciprocal_depth() {
-    let (shown, _) = overlaid(Overlay::Depth);
-    let depths = ramp(shown.size);
-    // The nearest depth is 1 m.
-    let worst = worst_steps(&shown, |x, y| colour(Map::Sequential, 1.0 / depths.at(x, y)));
-    assert!(worst <= MAP_STEPS, "{worst} steps off");
+    for opacity in [0.3, 1.0] {
+        let (shown, grey) = overlaid(Overlay::Depth { opacity });
+        let depths = ramp(shown.size);
+        // The nearest depth is 1 m.
+        let expected = |x, y| grey.lerp(colour(Map::Sequential, 1.0 / depths.at(x, y)), opacity);
+        let worst = worst_steps(&shown, expected);
+        assert!(worst <= MAP_STEPS, "{worst} steps off at an opacity of {opacity}");
+    }
 }
 
 #[test]
@@ -139,4 +143,46 @@ fn difference_is_absolute_and_on_the_fixed_scale() {
         colour(Map::Error, d / DIFFERENCE_FULL_SCALE)
     };
     assert!(worst_steps(&ab, expected) <= MAP_STEPS);
+}
+
+/// A number of its own for every texel, but for two that are none.
+fn numbers(size: UVec2) -> Image<f32> {
+    Image::from_fn(size, |x, y| match x + y * size.x {
+        3 => f32::NAN,
+        4 => f32::INFINITY,
+        i => i as f32,
+    })
+}
+
+#[test]
+fn numbers_of_any_texture_lie_over_the_pixels_that_they_are_about() {
+    let (inner, margin_px) = (uvec2(30, 20), 4);
+    let picture = ColorImage::from_fn(inner, |x, y| vec3(x as f32 / 30.0, 0.2, y as f32 / 20.0));
+    let color = upload(gpu(), "picture", &picture);
+    let display = Display::default();
+    // The picture itself, with its margin, in tiles of 8 px, level 2 of its pyramid, and
+    // level 1 of one so large that its size alone does not tell where it lies.
+    let cases = [(inner, None), (uvec2(38, 28), None), (uvec2(4, 3), None), (uvec2(16, 8), None)];
+    for (size, texel_px) in cases.into_iter().chain([(uvec2(64, 64), Some(2))]) {
+        let numbers = numbers(size);
+        let texture = upload_scalar(gpu(), "numbers", &numbers);
+        let place = Place::of(size, inner, margin_px, texel_px);
+        let slice = Slice { texture: &texture, level: 0, layer: 0 };
+        let ends = [0.0, (size.x * size.y) as f32];
+        let (map, opacity) = (Map::Sequential, 0.6);
+        let mut frame = gpu().frame();
+        let shown = Numbers { slice, channel: 0, map, ends }.over(&mut frame, &color, &display, place, opacity);
+        frame.finish();
+        let expected = |x, y| {
+            let shade = Vec3::splat(display.encoded(picture.at(x, y)).dot(LUMINANCE));
+            let centre = dvec2(f64::from(x) + 0.5, f64::from(y) + 0.5) / inner.as_dvec2();
+            let value = place.texel(size, inner, centre).map(|texel| numbers.at(texel.x, texel.y));
+            match value.filter(|v| v.is_finite()) {
+                Some(v) => shade.lerp(colour(map, v / ends[1]), opacity),
+                None => shade,
+            }
+        };
+        let worst = worst_steps(&download_rgba8(gpu(), &shown), expected);
+        assert!(worst <= MAP_STEPS, "{size}: {worst} steps off");
+    }
 }

@@ -6,6 +6,8 @@
 //   list_by_focus    the inner frame's tiles by whether anything reaches them
 //   list_blocks      the same for the texels of a mipmap level, 8x8 to a block
 //   plan_dispatches  lengths of lists to grids of workgroups
+//   copy_tiles       the picture of tiles that are left as they are
+//   show_class       the class of each tile, for whoever looks
 
 #import lens
 #import tile_lists
@@ -155,5 +157,17 @@ fn copy_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     let at = tile * TILE + local.xy;
     if all(at < textureDimensions(result)) {
         textureStore(result, at, textureLoad(color, at + focus.overscan, 0));
+    }
+}
+
+// ---- to look at ----
+
+@group(0) @binding(8) var classes: texture_storage_2d<r32float, write>;
+
+@compute @workgroup_size(1)
+fn show_class(@builtin(workgroup_id) group: vec3u) {
+    let tile = listed_tile(group);
+    if is_tile(tile) {
+        textureStore(classes, tile, vec4f(f32(listed.class_of), 0.0, 0.0, 0.0));
     }
 }

@@ -236,7 +236,7 @@ impl App {
                     && let Some(copy) = document.add_pane(state.method)
                     && let Some(pane) = document.pane_mut(copy)
                 {
-                    pane.show = state.show;
+                    (pane.show, pane.opacity) = (state.show, state.opacity);
                 }
             }
             Action::Compare => {

@@ -130,6 +130,9 @@ impl Document {
         self.stereo = self.stereo.map(Stereo::repaired);
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
         self.coc_scale_px = positive_or(self.coc_scale_px, Self::default().coc_scale_px);
+        for pane in &mut self.panes {
+            pane.opacity = if pane.opacity.is_nan() { DEFAULT_OPACITY } else { pane.opacity.clamp(0.0, 1.0) };
+        }
         self.mend_references();
         self
     }
@@ -256,12 +259,22 @@ pub struct PaneState {
     /// What of it is shown.
     #[serde(default)]
     pub show: Show,
+    /// How much an overlay hides of the picture, from 0 to 1: the overlay alone.
+    #[serde(default = "default_opacity")]
+    pub opacity: f32,
+}
+
+/// Enough to tell colours apart, and little enough to find one's way in the picture.
+pub const DEFAULT_OPACITY: f32 = 0.6;
+
+fn default_opacity() -> f32 {
+    DEFAULT_OPACITY
 }
 
 impl PaneState {
     /// A pane that shows the method's picture.
     pub fn new(id: PaneId, method: MethodChoice) -> Self {
-        Self { id, method, show: Show::Picture }
+        Self { id, method, show: Show::Picture, opacity: DEFAULT_OPACITY }
     }
 }
 

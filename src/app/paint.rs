@@ -1,9 +1,8 @@
 //! What is painted in a pane: pictures, legend, cursor, messages.
 
+use super::App;
 use super::document::PaneId;
-use super::engine::Place;
 use super::legend::{self, Legend};
-use super::{App, Show};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
@@ -79,10 +78,10 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
 /// Where a texture lies: on the picture, so that both show the same thing in the same
 /// place.
 fn place_of(app: &App, picture: Rect, id: PaneId, size: glam::Vec2) -> Rect {
-    let inside = app.document.pane(id).is_some_and(|p| matches!(p.show, Show::Inside(_)));
-    match app.engine.size() {
-        Some(inner) if inside => {
-            let place = Place::of(size.as_uvec2(), inner, app.engine.overscan_px());
+    // Two eyes' textures stand side by side: neither lies where it would alone.
+    let place = app.engine.pane(id).and_then(|pane| pane.place()).filter(|_| app.stereo().is_none());
+    match (app.engine.size(), place) {
+        (Some(inner), Some(place)) => {
             let scale = picture.size() / vec2(inner.x as f32, inner.y as f32);
             let px = |v: glam::Vec2| vec2(v.x, v.y) * scale;
             Rect::from_min_size(picture.min + px(place.min), px(place.size))

@@ -1,6 +1,7 @@
 //! The panes: how they lie, and the head and foot of each.
 
 use super::document::{Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MethodChoice, PaneId, Show};
+use super::engine::channel_of;
 use super::widgets::{combo, significant};
 use super::{App, actions::Action, style};
 use crate::gpu::Texture;
@@ -258,8 +259,9 @@ impl App {
         let Some(state) = self.document.pane_mut(id) else { return };
         match &mut state.show {
             Show::Difference(difference) => difference_row(ui, id, difference, &others),
-            Show::Inside(inside) => inside_row(ui, id, inside, &exposed),
-            _ => {}
+            Show::Inside(inside) => inside_row(ui, id, inside, &mut state.opacity, &exposed),
+            Show::Coc | Show::Depth => opacity_drag(ui, id, &mut state.opacity),
+            Show::Picture | Show::Zone => {}
         }
     }
 
@@ -331,7 +333,7 @@ impl App {
 }
 
 fn has_details(show: &Show) -> bool {
-    matches!(show, Show::Difference(_) | Show::Inside(_))
+    !matches!(show, Show::Picture | Show::Zone)
 }
 
 fn row_ui<R>(
@@ -374,7 +376,7 @@ struct Exposed {
     meaning: Meaning,
 }
 
-fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[Exposed]) {
+fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, opacity: &mut f32, exposed: &[Exposed]) {
     if exposed.is_empty() {
         ui.weak("nothing inside: everything is in focus, or the method has no steps");
         return;
@@ -382,7 +384,7 @@ fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[Exposed])
     let names: Vec<&str> = exposed.iter().map(|e| e.name.as_str()).collect();
     let before = exposed.iter().position(|e| e.name == inside.name).unwrap_or(0);
     let mut chosen = before;
-    let width = (ui.available_width() - 250.0).clamp(50.0, 190.0);
+    let width = (ui.available_width() - 320.0).clamp(50.0, 190.0);
     let list = combo(ui, &format!("inside {id}"), &mut chosen, &names, width);
     list.accessible_name(format!("Texture in pane {id}")).on_hover_text("Intermediate textures of the method");
     let texture = &exposed[chosen];
@@ -400,7 +402,22 @@ fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, exposed: &[Exposed])
     };
     number(ui, "level", &mut inside.level, texture.levels);
     number(ui, "layer", &mut inside.layer, texture.layers);
+    if channel_of(&texture.meaning, inside.channel.index(), u32::from(texture.components)).is_some() {
+        opacity_drag(ui, id, opacity);
+    }
     channel_list(ui, id, &mut inside.channel, texture);
+}
+
+/// How much an overlay hides of the picture.
+fn opacity_drag(ui: &mut Ui, id: PaneId, opacity: &mut f32) {
+    let mut percent = (f64::from(*opacity) * 100.0).round();
+    let drag = DragValue::new(&mut percent).range(0.0..=100.0).prefix("opacity ").suffix(" %").speed(1.0);
+    let response = ui.add(drag).accessible_name(format!("Opacity in pane {id}"));
+    if response.changed() {
+        *opacity = (percent / 100.0) as f32;
+    }
+    response
+        .on_hover_text("How much the overlay hides of the picture, which is grey under it; 100 % is the overlay alone");
 }
 
 /// Which numbers of the texture are shown, by their names where they have some.

@@ -116,6 +116,11 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
             option("--camera", document.camera_index.to_string());
         }
     }
+    if let (Some(stereo), [_]) = (document.stereo, &methods[..]) {
+        option("--stereo", stereo.layout.id().into());
+        option("--ipd-mm", stereo.ipd_mm.to_string());
+        option("--stereo-window", stereo.window_m.to_string());
+    }
     let ids: Vec<&str> = methods.iter().map(|p| p.method.id.as_str()).collect();
     option(if methods.len() > 1 { "--methods" } else { "--method" }, ids.join(","));
     for pane in &methods {
@@ -138,7 +143,7 @@ pub fn left_out(document: &Document) -> Vec<&'static str> {
     let reference = |p: &&PaneState| p.method.id == "accumulation" && document.panes.len() > 1;
     let shown = document.panes.iter().filter(|p| !reference(p)).count();
     let whole = [
-        (document.stereo.is_some(), "the right eye"),
+        (document.stereo.is_some() && distinct(document).len() > 1, "the right eye"),
         (document.panes.iter().any(|p| p.show != super::Show::Picture), "overlays and differences"),
         (document.channel != Default::default(), "the choice of a channel"),
         (distinct(document).len() < shown, "further panes of one method"),

@@ -4,6 +4,7 @@ use super::bench::{parse_shard, parse_table};
 use super::options::{
     CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_size,
 };
+use super::stereo::StereoOptions;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use defocus::study::bench::{PaperTable, Shard};
 use glam::UVec2;
@@ -68,6 +69,8 @@ pub struct RenderArgs {
     /// The image to write: .png as a display shows it, .exr linear with depth Z and CoC C
     #[arg(short, long, value_name = "FILE", required_unless_present = "json")]
     pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub stereo: StereoOptions,
     #[command(flatten)]
     pub display: DisplayOptions,
     #[command(flatten)]

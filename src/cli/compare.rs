@@ -37,6 +37,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         view: &args.view,
         adapter: args.run.adapter.as_deref(),
         // The tracer reads textures without mipmaps: like is compared with like.
+        stereo: None,
         mipmaps: !matches!(reference, Some(Reference::RayTrace)),
     })?;
     let (methods, not_run) = runnable(methods, &setup.view);

@@ -11,6 +11,7 @@ mod progress;
 mod render;
 mod select;
 mod setup;
+mod stereo;
 mod stress;
 
 use args::{Cli, Command};

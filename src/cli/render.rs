@@ -5,13 +5,13 @@ use super::output::{ImageKind, check_folder_of, check_json, is_stdout, print, wr
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
+use super::stereo::{self, Picture};
 use anyhow::ensure;
-use defocus::image::ColorImage;
 use defocus::image_io::{write_exr, write_png_rgb};
 use defocus::methods::{self, Method, set_param};
 use defocus::study::compare::params_json;
 use defocus::study::reference::{Reference, ReferenceRequest, accumulate, render_reference};
-use defocus::study::results::RenderJson;
+use defocus::study::results::{RenderJson, Setting};
 use defocus::study::{self, Rendered};
 use std::path::Path;
 
@@ -22,6 +22,10 @@ const DEFAULT_TRACED_SAMPLES: u32 = 1024;
 pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
     catch_interrupts()?;
     let kind = args.output.as_deref().map(ImageKind::of).transpose()?;
+    let stereo = args.stereo.stereo();
+    if let Some(ImageKind::Exr) = kind {
+        stereo::check_linear(stereo)?;
+    }
     args.output.as_deref().map_or(Ok(()), check_folder_of)?;
     check_json(args.run.json.json.as_ref())?;
     let method = if args.method == "raytrace" { None } else { Some(chosen(args)?) };
@@ -36,18 +40,25 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         view: &args.view,
         adapter: args.run.adapter.as_deref(),
         mipmaps: true,
+        stereo: stereo.map(|stereo| stereo.layout),
     })?;
     let bar = Bar::new(args.run.quiet);
-    let (params, rendered) = match &method {
-        Some(method) => (params_json(method.as_ref()), by_method(args, &mut setup, method.as_ref(), &bar)?),
-        None => traced(args, &mut setup, &bar)?,
+    let mut draw = |setup: &mut Setup| match &method {
+        Some(method) => Ok((params_json(method.as_ref()), by_method(args, setup, method.as_ref(), &bar)?)),
+        None => traced(args, setup, &bar),
+    };
+    let display = args.display.display();
+    let picture = match stereo {
+        Some(stereo) => Picture::of_two(&mut setup, stereo, display, &mut draw)?,
+        None => Picture::of_one(&mut setup, display, &mut draw)?,
     };
     drop(bar);
 
-    let json = RenderJson::new(setup.setting(), &args.method, params, &rendered);
+    let setting = Setting { size: picture.rendered.color.size.to_array(), ..setup.setting() };
+    let json = RenderJson::new(setting, stereo, &args.method, picture.params.clone(), &picture.rendered);
     check_interrupt()?;
     if let (Some(kind), Some(file)) = (kind, &args.output) {
-        write(kind, file, &rendered.color, &mut setup, args)?;
+        write(kind, file, &picture, &setup)?;
     }
     write_json(args.run.json.json.as_ref(), &json)?;
     if !args.run.quiet && !is_stdout(args.run.json.json.as_ref()) {
@@ -101,14 +112,14 @@ fn traced(args: &RenderArgs, setup: &mut Setup, bar: &Bar) -> anyhow::Result<Tra
     Ok((params.into_iter().collect(), rendered))
 }
 
-fn write(kind: ImageKind, file: &Path, color: &ColorImage, setup: &mut Setup, args: &RenderArgs) -> anyhow::Result<()> {
+fn write(kind: ImageKind, file: &Path, picture: &Picture, setup: &Setup) -> anyhow::Result<()> {
+    let color = &picture.rendered.color;
     match kind {
-        ImageKind::Png => write_png_rgb(file, &study::report::shown(color, args.display.display()))?,
+        ImageKind::Png => write_png_rgb(file, &study::report::shown(color, picture.display))?,
         ImageKind::Exr => {
-            let depth = setup.depth_m();
             let coc = setup.lens.coc();
-            let coc_px = depth.map(|d| coc.at_depth(f64::from(d)) as f32);
-            write_exr(file, color, Some(&depth), Some(&coc_px))?;
+            let coc_px = picture.depth_m.map(|d| coc.at_depth(f64::from(d)) as f32);
+            write_exr(file, color, Some(&picture.depth_m), Some(&coc_px))?;
         }
     }
     Ok(())

@@ -8,6 +8,7 @@ use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
 use defocus::presets;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
+use defocus::stereo::Layout;
 use defocus::study::results::Setting;
 use defocus::study::source::{default_focus_m, visibly_open};
 use defocus::study::{DepthArgs, GpuSource, Source};
@@ -34,6 +35,8 @@ pub struct SetupOptions<'a> {
     pub adapter: Option<&'a str>,
     /// Whether textures are mipmapped.
     pub mipmaps: bool,
+    /// How two eyes' images share one, where there are two.
+    pub stereo: Option<Layout>,
 }
 
 impl Setup {
@@ -50,6 +53,7 @@ impl Setup {
         let surfaces = SurfaceOptions { unlit: options.view.shading == ShadingName::Unlit, mipmaps: options.mipmaps };
         let uploaded = source.upload(&gpu, surfaces);
         let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));
+        let size = options.stereo.map_or(size, |layout| layout.eye_size(size));
         let mut view = uploaded.view(camera, size, 0, fov_y(options.view.fov, &parts, size))?;
         if let Some(pose) = options.view.pose {
             let camera = view

@@ -18,7 +18,7 @@
 //! the level is set so that the second moment of what the pyramid really does equals the
 //! lens's own ("measured"); the paper's constant is the other setting.
 
-use super::tile_lists::{DEFOCUSED, FocusMap, IN_FOCUS, TILE_PX, TileLists};
+use super::tile_lists::{self, DEFOCUSED, FocusMap, IN_FOCUS, TILE_PX, TileLists};
 use super::{About, Apertures, CircleSampling, Circles, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param};
 use super::{Quantity, Scale};
 use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
@@ -32,6 +32,7 @@ const SHADER: Shader = shader!("methods/mipmap");
 const READ: Shader = shader!("methods/mipmap_read");
 
 /// Names of what is exposed.
+const COLOR_PYRAMID: &str = "colour pyramid";
 const BLUR_PYRAMID: &str = "CoC, DoB, DoN";
 const EXPLAINED: &str = "blur and level of each pixel";
 
@@ -248,6 +249,7 @@ impl Method for Mipmap {
             BLUR_PYRAMID => {
                 Meaning::numbers([px("CoC", Scale::Signed), px("DoB", Scale::Found), px("DoN", Scale::Found)])
             }
+            tile_lists::SKIPPED => tile_lists::meaning(&TILE_CLASSES),
             EXPLAINED => Meaning::numbers([
                 px("CoC", Scale::Signed),
                 px("DoB", Scale::Found),
@@ -256,6 +258,11 @@ impl Method for Mipmap {
             ]),
             _ => Meaning::Picture,
         }
+    }
+
+    fn texel_px(&self, name: &str) -> Option<u32> {
+        // The pyramids begin at level 1.
+        [COLOR_PYRAMID, BLUR_PYRAMID].contains(&name).then_some(2)
     }
 
     fn boxed(&self) -> Box<dyn Method> {
@@ -386,7 +393,7 @@ fn build_pyramids(
             blocks.dispatch(pass, class);
         }
     }
-    frame.expose("colour pyramid", &color);
+    frame.expose(COLOR_PYRAMID, &color);
     frame.expose(BLUR_PYRAMID, &blur);
     Pyramids { color, blur }
 }
@@ -434,6 +441,10 @@ enum Class {
     /// There is blurred foreground near by.
     Smoothed = 3,
 }
+
+/// The classes in words; those of [`Class::Smoothed`] end up in one of the others.
+const TILE_CLASSES: [(f32, &str); 3] =
+    [(0.0, "in focus: copied"), (1.0, "image and levels"), (2.0, "levels alone: image skipped")];
 
 /// What tiles are blurred from.
 struct Blurred<'a> {
@@ -501,8 +512,8 @@ impl Reading<'_> {
         lists.plan(frame);
         let blurred = Blurred { discs: &discs, blur: &blur, variance: &variance };
         self.blur_tiles(frame, &lists, &blurred);
-        if self.uniforms.params.smoothing != 0 {
-            let smoothed = TileLists::new(frame.gpu(), size);
+        let smoothed = (self.uniforms.params.smoothing != 0).then(|| TileLists::new(frame.gpu(), size));
+        if let Some(smoothed) = &smoothed {
             let pass = self
                 .pass(frame, "smooth_tiles")
                 .uniform("lens", &self.uniforms.lens)
@@ -512,8 +523,9 @@ impl Reading<'_> {
                 .texture("new_variance", &variance);
             lists.dispatch(smoothed.filled_from_lists(pass), Class::Smoothed as u32);
             smoothed.plan(frame);
-            self.blur_tiles(frame, &smoothed, &blurred);
+            self.blur_tiles(frame, smoothed, &blurred);
         }
+        lists.expose(frame, smoothed.as_ref());
         self.explain(frame, "explain_discs", &blur);
     }
 

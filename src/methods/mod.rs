@@ -197,6 +197,12 @@ pub trait Method: Send + Sync {
         Meaning::Picture
     }
 
+    /// Width, px, of a texel of the finest level of a texture that [`Method::record`] exposes
+    /// under `name`, where that does not follow from its size.
+    fn texel_px(&self, _name: &str) -> Option<u32> {
+        None
+    }
+
     /// For a method whose picture gets better over many frames: a run of them, and how many
     /// there are to be.
     fn converging(&self) -> Option<(Box<dyn Converging>, u32)> {

@@ -109,6 +109,10 @@ impl Method for Opaque {
         subimages::meaning(name)
     }
 
+    fn texel_px(&self, name: &str) -> Option<u32> {
+        subimages::texel_px(name)
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }

@@ -102,6 +102,10 @@ impl Method for Pyramid {
         subimages::meaning(name)
     }
 
+    fn texel_px(&self, name: &str) -> Option<u32> {
+        subimages::texel_px(name)
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }

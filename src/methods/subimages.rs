@@ -33,14 +33,30 @@ const EXPLAIN_SHADER: Shader = shader!("methods/subimages_explain");
 /// Name under which the sub-image of each pixel is exposed.
 const EXPLAINED: &str = "sub-image of each pixel";
 
+/// Names of the sub-images' pyramid: by level, then as level 1 of what it is blurred to.
+const LEVEL: &str = "sub-images, level ";
+const BLURRED: &str = "blurred sub-images";
+const GLOW: &str = "glow of sub-images";
+
 /// What a texture of these passes means.
 pub(super) fn meaning(name: &str) -> Meaning {
     let number = |name, scale| Quantity::new(name, "", scale);
     match name {
-        EXPLAINED => Meaning::numbers([number("sub-image", Scale::Whole), number("pyramid levels", Scale::Whole)]),
-        "glow of sub-images" => Meaning::numbers([number("opacity", Scale::Found)]),
+        EXPLAINED => {
+            Meaning::numbers([number("sub-image index", Scale::Whole), number("pyramid levels", Scale::Whole)])
+        }
+        GLOW => Meaning::numbers([number("opacity", Scale::Found)]),
         _ => Meaning::Picture,
     }
+}
+
+/// Width, px, of a texel of a texture of these passes.
+pub(super) fn texel_px(name: &str) -> Option<u32> {
+    let level = match name {
+        BLURRED | GLOW => 1,
+        _ => name.strip_prefix(LEVEL)?.parse().ok()?,
+    };
+    1u32.checked_shl(level)
 }
 
 /// Greatest |i|: a blur that no image of 16384 px can show more of, and few enough
@@ -353,15 +369,15 @@ impl SubImages {
     pub fn blur(&self, frame: &mut Frame<'_>, first: Texture) -> Blurred {
         let analysis = self.analyse(frame, first);
         for (level, texture) in (1..).zip(&analysis) {
-            frame.expose(format!("sub-images, level {level}"), texture);
+            frame.expose(format!("{LEVEL}{level}"), texture);
         }
         let mut blurred = Blurred::starting_at(&analysis[analysis.len() - 1]);
         for finer in (1..self.deepest()).rev() {
             blurred = self.expand(frame, finer, &analysis, &blurred);
         }
-        frame.expose("blurred sub-images", &blurred.blur);
+        frame.expose(BLURRED, &blurred.blur);
         if self.glow {
-            frame.expose("glow of sub-images", &blurred.glow);
+            frame.expose(GLOW, &blurred.glow);
         }
         Blurred { analysis: analysis[0].clone(), ..blurred }
     }

@@ -4,6 +4,7 @@
 //! A method lists tiles by a pass of its own (`list_tile` of `shaders/lib/tile_lists.wgsl`)
 //! or by a [`FocusMap`], then dispatches one workgroup for each tile of a class.
 
+use super::{Meaning, Quantity, Scale};
 use crate::gpu::{Frame, Gpu, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::View;
@@ -26,6 +27,14 @@ pub const IN_FOCUS: u32 = 0;
 
 /// Class of tiles that are blurred or that blur reaches, in the lists of a [`FocusMap`].
 pub const DEFOCUSED: u32 = 1;
+
+/// Name under which [`TileLists::expose`] shows what was skipped where.
+pub const SKIPPED: &str = "tile class: what was skipped";
+
+/// What the texture called [`SKIPPED`] means, where `classes` are the method's own.
+pub fn meaning(classes: &'static [(f32, &'static str)]) -> Meaning {
+    Meaning::numbers([Quantity::new("tile class", "", Scale::Classes(classes))])
+}
 
 uniform! {
     struct Listed {
@@ -102,6 +111,22 @@ impl TileLists {
             .buffer("lists", &self.lists)
             .buffer("dispatches", &self.dispatches)
             .dispatch_indirect(&self.dispatches, DISPATCH_BYTES * u64::from(class));
+    }
+
+    /// Exposes the class of each tile as the number that it has, if someone wants to look.
+    /// `further` are later lists of some of the tiles, whose classes count there.
+    pub fn expose(&self, frame: &mut Frame<'_>, further: Option<&Self>) {
+        if !frame.keeps_intermediates() {
+            return;
+        }
+        let classes = frame.texture(SKIPPED, self.tiles, wgpu::TextureFormat::R32Float);
+        for lists in [Some(self), further].into_iter().flatten() {
+            for class in 0..CLASSES as u32 {
+                let pass = frame.pass(&SHADER, "show_class").texture("classes", &classes);
+                lists.dispatch(pass, class);
+            }
+        }
+        frame.expose(SKIPPED, &classes);
     }
 
     fn listed(&self, class_of: u32) -> Listed {

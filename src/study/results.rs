@@ -6,6 +6,7 @@ use super::{Comparison, MethodResult, Rendered, Truth, compare};
 use crate::gpu::{FrameStats, Gpu, PassTime};
 use crate::lens::{CocStatistics, Lens};
 use crate::metrics::Metrics;
+use crate::stereo::Stereo;
 use glam::UVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -118,12 +119,31 @@ impl From<&FrameStats> for Work {
     }
 }
 
+/// Two eyes.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct StereoJson {
+    /// How their images are one.
+    pub layout: &'static str,
+    /// Their distance, mm.
+    pub ipd_mm: f64,
+    /// Depth of the window that both look through, metres; null at infinity.
+    pub window_m: Option<f64>,
+}
+
+impl From<Stereo> for StereoJson {
+    fn from(Stereo { layout, ipd_mm, window_m }: Stereo) -> Self {
+        Self { layout: layout.id(), ipd_mm, window_m: Some(window_m).filter(|m| m.is_finite()) }
+    }
+}
+
 /// One image.
 #[derive(Clone, Debug, Serialize)]
 pub struct RenderJson {
     /// Where, of what, through which lens.
     #[serde(flatten)]
     pub setting: Setting,
+    /// The two eyes that see it; null for one.
+    pub stereo: Option<StereoJson>,
     /// The method's id.
     pub method: String,
     /// Its parameters.
@@ -139,9 +159,16 @@ pub struct RenderJson {
 
 impl RenderJson {
     /// An image by the method of that id with those parameters.
-    pub fn new(setting: Setting, method: &str, params: Map<String, Value>, rendered: &Rendered) -> Self {
+    pub fn new(
+        setting: Setting,
+        stereo: Option<Stereo>,
+        method: &str,
+        params: Map<String, Value>,
+        rendered: &Rendered,
+    ) -> Self {
         Self {
             setting,
+            stereo: stereo.map(StereoJson::from),
             method: method.into(),
             params,
             passes: rendered.passes.clone(),

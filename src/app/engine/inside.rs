@@ -1,9 +1,9 @@
-//! Textures from inside methods: what their numbers mean, where they lie, and single ones.
+//! Textures from inside methods: what their numbers mean, and single ones.
 
 use crate::gpu::{Gpu, Texture};
 use crate::methods::{Meaning, Quantity, Scale};
 use crate::present::Map;
-use glam::{DVec2, UVec2, Vec2};
+use glam::UVec2;
 use half::f16;
 
 /// The numbers of a texture that are shown, and on which scale.
@@ -52,51 +52,13 @@ impl Reading {
 
 /// The channel to show as numbers, where `wanted` is what was asked for; `None` for a
 /// picture.
-pub(super) fn channel_of(meaning: &Meaning, wanted: Option<u32>, components: u32) -> Option<u32> {
+pub(in crate::app) fn channel_of(meaning: &Meaning, wanted: Option<u32>, components: u32) -> Option<u32> {
     let named = meaning.quantities().len() as u32;
     let channels = if named > 0 { named } else { components };
     match wanted {
         None if named == 0 && components > 1 => None,
         None => Some(0),
         Some(channel) => Some(channel.min(channels - 1)),
-    }
-}
-
-/// The part of the picture that a texture covers, px; it may reach beyond it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Place {
-    /// Its upper left corner.
-    pub min: Vec2,
-    /// Its size.
-    pub size: Vec2,
-}
-
-impl Place {
-    /// Of a texture of `size`: methods have textures of the picture (`inner` px), of it
-    /// with its margin, of either in tiles of a power of two, and padded around the middle.
-    pub fn of(size: UVec2, inner: UVec2, margin_px: u32) -> Self {
-        const SCALES: u32 = 12;
-        let outer = inner + 2 * margin_px;
-        let scales = || (0..SCALES).map(|level| 1 << level);
-        let tile = |whole: UVec2| scales().find(|t| UVec2::new(whole.x.div_ceil(*t), whole.y.div_ceil(*t)) == size);
-        if let Some(tile) = tile(inner) {
-            return Self { min: Vec2::ZERO, size: (size * tile).as_vec2() };
-        }
-        if let Some(tile) = tile(outer) {
-            return Self { min: Vec2::splat(-(margin_px as f32)), size: (size * tile).as_vec2() };
-        }
-        let covers = |texel: &u32| (size * *texel).cmpge(outer).all();
-        let covered = (size * scales().find(covers).unwrap_or(1)).as_vec2();
-        Self { min: 0.5 * (inner.as_vec2() - covered), size: covered }
-    }
-
-    /// The texel of a texture of `size` that lies at a point of the picture, from (0, 0) to
-    /// (1, 1); `None` outside.
-    pub fn texel(&self, size: UVec2, inner: UVec2, at: DVec2) -> Option<UVec2> {
-        let px = at * inner.as_dvec2();
-        let texel = (px - self.min.as_dvec2()) / self.size.as_dvec2() * size.as_dvec2();
-        let inside = texel.cmpge(DVec2::ZERO).all() && texel.cmplt(size.as_dvec2()).all();
-        inside.then(|| texel.as_uvec2())
     }
 }
 
@@ -141,24 +103,6 @@ pub(super) fn texel(gpu: &Gpu, texture: &Texture, reading: &Reading, at: UVec2) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use glam::{dvec2, uvec2, vec2};
-
-    #[test]
-    fn textures_inside_lie_on_what_they_are_about() {
-        let inner = uvec2(300, 200);
-        let place = |size: UVec2| Place::of(size, inner, 16);
-        let whole = |min: Vec2, size: Vec2| Place { min, size };
-        assert_eq!(place(inner), whole(Vec2::ZERO, vec2(300.0, 200.0)));
-        assert_eq!(place(uvec2(332, 232)), whole(vec2(-16.0, -16.0), vec2(332.0, 232.0)));
-        // Tiles of 8 px reach over the border.
-        assert_eq!(place(uvec2(38, 25)), whole(Vec2::ZERO, vec2(304.0, 200.0)));
-        // Level 1 of an image padded to 384 x 256 around its middle.
-        let padded = place(uvec2(192, 128));
-        assert_eq!(padded, whole(vec2(-42.0, -28.0), vec2(384.0, 256.0)));
-        assert_eq!(padded.texel(uvec2(192, 128), inner, dvec2(0.5, 0.5)), Some(uvec2(96, 64)));
-        assert_eq!(place(uvec2(38, 25)).texel(uvec2(38, 25), inner, dvec2(0.99, 0.0)), Some(uvec2(37, 0)));
-        assert_eq!(padded.texel(uvec2(192, 128), inner, dvec2(2.0, 0.5)), None);
-    }
 
     #[test]
     fn scales_hold_what_was_found() {

@@ -8,7 +8,8 @@ mod request;
 mod troubles;
 
 pub use figures::{Figures, Judged};
-pub use inside::{Place, Reading};
+pub use inside::Reading;
+pub(super) use inside::channel_of;
 pub use pane::Pane;
 pub use request::{Development, Exposure, Request};
 
@@ -477,9 +478,9 @@ impl Engine {
     pub fn inside_at(&self, id: PaneId, at: DVec2) -> Option<(&Reading, f32)> {
         let pane = self.panes.get(&id).filter(|_| !self.troubles.is_lost())?;
         let Show::Inside(inside) = &pane.state.show else { return None };
-        let (reading, (_, texture), inner) = (pane.reading()?, pane.exposed_as(inside)?, self.size()?);
+        let (reading, (name, texture), inner) = (pane.reading()?, pane.exposed_as(inside)?, self.size()?);
         let size = texture.level_size(reading.at.0);
-        let texel = Place::of(size, inner, self.overscan_px()).texel(size, inner, at)?;
+        let texel = pane.place_of(name, texture, inner, self.overscan_px()).texel(size, inner, at)?;
         Some((reading, inside::texel(&self.gpu, texture, reading, texel)?))
     }
 

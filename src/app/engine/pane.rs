@@ -5,11 +5,13 @@ use super::inside::{Reading, channel_of};
 use super::request::{Development, Exposure, Request, looks_inside};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use crate::combine;
+use crate::display::Display;
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
 use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Meaning, Method, Quantity, Scale};
-use crate::present::{self, DifferenceOf, Map, Overlay, Slice};
+use crate::present::{self, DifferenceOf, Map, Numbers, Overlay, Place, Slice};
 use crate::view::View;
+use glam::UVec2;
 use std::time::Instant;
 
 /// Lens points from which on a converging reference is worth comparing with.
@@ -30,6 +32,7 @@ pub struct Pane {
     shown: Option<Texture>,
     shown_for: Option<ShownFor>,
     reading: Option<Reading>,
+    place: Option<Place>,
     pub(super) error: Option<String>,
     pub(super) ms: Option<f64>,
     pub(super) made_at: Instant,
@@ -55,6 +58,7 @@ pub(super) struct Milestone {
 #[derive(Clone, PartialEq)]
 struct ShownFor {
     show: Show,
+    opacity: f32,
     development: Development,
     revision: u64,
     other: Option<u64>,
@@ -74,6 +78,7 @@ impl Pane {
             shown: None,
             shown_for: None,
             reading: None,
+            place: None,
             error: None,
             ms: None,
             made_at: Instant::now(),
@@ -134,6 +139,18 @@ impl Pane {
         self.reading.as_ref()
     }
 
+    /// Where what is shown lies, if it is a texture as large as itself and not the picture.
+    pub fn place(&self) -> Option<Place> {
+        self.place
+    }
+
+    /// Where a texture that the method exposes under `name` lies on a picture of `inner` px
+    /// with a margin.
+    pub(super) fn place_of(&self, name: &str, texture: &Texture, inner: UVec2, margin_px: u32) -> Place {
+        let texel_px = self.state.method.build().ok().and_then(|method| method.texel_px(name));
+        Place::of(texture.size(), inner, margin_px, texel_px)
+    }
+
     /// What a texture that the method exposes under `name` means.
     pub fn meaning(&self, name: &str) -> Meaning {
         self.state.method.build().map_or(Meaning::Picture, |method| methods::meaning(method.as_ref(), name))
@@ -191,6 +208,7 @@ impl Pane {
     fn wanted(&self, request: &Request, other: Option<&Milestone>) -> ShownFor {
         ShownFor {
             show: self.state.show.clone(),
+            opacity: self.state.opacity,
             development: request.development,
             revision: self.revision,
             other: other.map(|o| o.revision),
@@ -225,13 +243,15 @@ impl Pane {
             // While the size changes, a pane waits for its new picture.
             (linear.size() == view.size()).then(|| present::overlay(frame, view, &linear, &lens, &display, overlay))
         };
+        let opacity = self.state.opacity;
+        self.place = None;
         let shown = match self.state.show.clone() {
             Show::Picture => {
                 let picture = present::picture(frame, &linear, &display);
                 Some(combine::isolated(frame, &picture, channel))
             }
-            Show::Coc => overlay(Overlay::Coc { full_scale_px: coc_scale_px }),
-            Show::Depth => overlay(Overlay::Depth),
+            Show::Coc => overlay(Overlay::Coc { full_scale_px: coc_scale_px, opacity }),
+            Show::Depth => overlay(Overlay::Depth { opacity }),
             Show::Zone => overlay(Overlay::Zone { acceptable_px: acceptable_coc_px }),
             Show::Difference(difference) => match of_kind(difference.kind) {
                 Some(of) => other
@@ -239,10 +259,10 @@ impl Pane {
                     .map(|other| present::difference(frame, &linear, &other.texture, &display, of)),
                 None => self.judged.map().map(|map| {
                     let slice = Slice { texture: map, level: 0, layer: 0 };
-                    present::slice_channel(frame, slice, 0, Map::Error, [0.0, 1.0])
+                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0] }.alone(frame)
                 }),
             },
-            Show::Inside(inside) => self.present_inside(frame, &inside, request),
+            Show::Inside(inside) => self.present_inside(frame, view, &inside, &display),
         };
         if shown.is_some() {
             self.shown = shown;
@@ -250,16 +270,23 @@ impl Pane {
         self.shown_for = Some(wanted);
     }
 
-    fn present_inside(&mut self, frame: &mut Frame<'_>, inside: &Inside, request: &Request) -> Option<Texture> {
+    fn present_inside(
+        &mut self,
+        frame: &mut Frame<'_>,
+        view: &View,
+        inside: &Inside,
+        display: &Display,
+    ) -> Option<Texture> {
         let (name, texture) = self.exposed_as(inside)?;
+        let place = self.place_of(name, texture, view.size(), view.overscan_px());
         let (meaning, texture) = (self.meaning(name), texture.clone());
         let level = inside.level.min(texture.levels() - 1);
         let layer = inside.layer.min(texture.layers() - 1);
         let slice = Slice { texture: &texture, level, layer };
         let wanted = inside.channel.index();
         let Some(channel) = channel_of(&meaning, wanted, u32::from(texture.format().components())) else {
-            self.reading = None;
-            return Some(present::slice_picture(frame, slice, &request.development.display));
+            (self.reading, self.place) = (None, Some(place));
+            return Some(present::slice_picture(frame, slice, display));
         };
         let quantity = meaning.quantities().get(channel as usize).cloned();
         let quantity = quantity.unwrap_or(Quantity::new("value", "", Scale::Found));
@@ -268,9 +295,14 @@ impl Pane {
             _ => present::slice_range(frame, slice, channel).unwrap_or([0.0, 1.0]),
         };
         let reading = Reading::new(quantity, found, (level, layer, channel));
-        let shown = present::slice_channel(frame, slice, channel, reading.map(), reading.ends);
+        let numbers = Numbers { slice, channel, map: reading.map(), ends: reading.ends };
         self.reading = Some(reading);
-        Some(shown)
+        let picture = self.linear.as_ref().filter(|linear| self.state.opacity < 1.0 && linear.size() == view.size());
+        let Some(picture) = picture else {
+            self.place = Some(place);
+            return Some(numbers.alone(frame));
+        };
+        Some(numbers.over(frame, picture, display, place, self.state.opacity))
     }
 
     /// The picture that another pane's difference is taken from.

@@ -1,7 +1,7 @@
 //! What the rays of each pixel cost and met, as pictures: for whoever looks.
 
 use crate::gpu::{Frame, Shader, Texture};
-use crate::methods::{Meaning, Quantity, Scale};
+use crate::methods::{Meaning, Quantity, Scale, tile_lists};
 use crate::{shader, uniform};
 
 const SHADER: Shader = shader!("methods/adaptive_explain");
@@ -25,17 +25,14 @@ const OVERLAYS: [(&str, u32, u32, f32); 4] = [
     ("rays that hit nothing, white all", 3, 0, 1.0),
 ];
 
-/// Name under which the classes of tiles are exposed.
-pub(super) const TILE_CLASS: &str = "tile class: black copied, grey of one blur, white traced";
-
-/// The classes as their texture has them.
-const CLASSES: [(f32, &str); 3] = [(0.0, "copied"), (0.5, "one blur"), (1.0, "traced")];
+/// The classes of tiles as their texture has them.
+const CLASSES: [(f32, &str); 3] = [(0.0, "in focus: copied"), (0.5, "one blur"), (1.0, "traced")];
 
 /// What a texture means that the method exposes.
 pub(super) fn meaning(name: &str) -> Meaning {
     let units = ["rays", "texels read", "layer hit", "rays that hit nothing"];
-    if name == TILE_CLASS {
-        return Meaning::numbers([Quantity::new("tile class", "", Scale::Classes(&CLASSES))]);
+    if name == tile_lists::SKIPPED {
+        return tile_lists::meaning(&CLASSES);
     }
     let overlay = OVERLAYS.iter().zip(units).find(|((known, ..), _)| *known == name);
     let Some(((.., divisor, white), what)) = overlay else { return Meaning::Picture };

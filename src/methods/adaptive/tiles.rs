@@ -4,9 +4,8 @@
 //! the pinhole sees within reach are dropped; what is left makes the tile's class.
 
 pub use super::super::tile_lists::TILE_PX;
-use super::super::tile_lists::TileLists;
+use super::super::tile_lists::{SKIPPED, TileLists};
 use super::AdaptiveUniform;
-use super::explain::TILE_CLASS;
 use super::highlights::{self, Highlights};
 use crate::gpu::{Frame, Shader, Texture};
 use crate::lens::Lens;
@@ -149,6 +148,6 @@ pub(super) fn build(
         .texture("classes", &tiles.classes)
         .dispatch(inner);
     tiles.lists.plan(frame);
-    frame.expose(TILE_CLASS, &tiles.classes);
+    frame.expose(SKIPPED, &tiles.classes);
     tiles
 }

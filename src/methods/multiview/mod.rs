@@ -19,7 +19,7 @@ mod slabs;
 
 pub use slabs::{SlabRange, slab_ranges};
 
-use super::tile_lists::{DEFOCUSED, FocusMap};
+use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Frame, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
@@ -233,13 +233,15 @@ impl Method for Multiview {
             .texture("pinhole", &pinhole.color)
             .texture("result", &result);
         tiles.dispatch(pass, DEFOCUSED);
+        tiles.expose(frame, None);
         Ok(result)
     }
 
     fn meaning(&self, name: &str) -> Meaning {
         let number = |name| Quantity::new(name, "", Scale::Whole);
         match name {
-            EXPLAINED => Meaning::numbers([number("first slab"), number("slabs with a surface")]),
+            EXPLAINED => Meaning::numbers([number("slab index"), number("slabs with a surface")]),
+            tile_lists::SKIPPED => tile_lists::meaning(&TILE_CLASSES),
             name if name == DEPTH || name.starts_with("N-buffer") => Meaning::stored_depth(),
             _ => Meaning::Picture,
         }
@@ -249,6 +251,9 @@ impl Method for Multiview {
         Box::new(self.clone())
     }
 }
+
+/// Classes of tiles, [`tile_lists::IN_FOCUS`] and [`DEFOCUSED`].
+const TILE_CLASSES: [(f32, &str); 2] = [(0.0, "in focus: copied, no rays"), (1.0, "traced")];
 
 /// Lens points of all sets, and how far apart they lie.
 struct LensPoints {
