@@ -2,7 +2,7 @@
 
 mod tiny_files;
 
-use defocus::image::{DepthImage, Image};
+use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::image_io::{read_color, write_exr};
 use glam::{UVec2, uvec2};
 use serde_json::{Value, json};
@@ -100,6 +100,37 @@ fn render_writes_exr_layers_and_json() {
         // Both planes are f32: two roundings of values below 64.
         assert!((f64::from(*c) - expected).abs() < 1e-4, "C = {c} at Z = {z}, not {expected}");
     }
+}
+
+#[test]
+fn two_eyes_see_the_scene_from_two_places() {
+    let folder = folder();
+    let render = |size: &str, stereo: &str, out: &str| {
+        let args = format!("render scene.glb --size {size} --method pinhole --overscan 8 {stereo} -o {out} --json -");
+        json_of(folder.path(), &args)
+    };
+    let image = |file: &str| read_color(&folder.path().join(file)).expect("it was written");
+    let json = render("64x48", "--stereo parallel --ipd-mm 120", "parallel.exr");
+    assert_eq!(json["size"], json!([64, 48]));
+    assert_eq!(json["stereo"], json!({"layout": "parallel", "ipd_mm": 120.0, "window_m": null}));
+    let labels: Vec<&str> =
+        json["passes"].as_array().expect("a list").iter().filter_map(|p| p["label"].as_str()).collect();
+    for eye in ["left eye/", "right eye/"] {
+        assert!(labels.iter().any(|label| label.starts_with(eye)), "{labels:?}");
+    }
+    render("64x48", "--stereo crossed --ipd-mm 120", "crossed.exr");
+    let (parallel, crossed) = (image("parallel.exr"), image("crossed.exr"));
+    let half = |image: &ColorImage, x: u32| image.crop(uvec2(x, 0), uvec2(32, 48));
+    assert!(half(&parallel, 0) == half(&crossed, 32) && half(&parallel, 32) == half(&crossed, 0));
+    assert!(half(&parallel, 0) != half(&parallel, 32), "the eyes stand apart");
+    // Without a distance both see what one eye does.
+    render("64x48", "--stereo parallel --ipd-mm 0", "cyclops.exr");
+    assert_eq!(render("32x48", "", "one.exr")["stereo"], Value::Null);
+    assert!(half(&image("cyclops.exr"), 0) == image("one.exr"));
+    render("64x48", "--stereo grey-anaglyph --ipd-mm 120 --stereo-window 5", "anaglyph.png");
+    let anaglyph = image("anaglyph.png");
+    assert_eq!(anaglyph.size, uvec2(64, 48));
+    assert!(anaglyph.pixels.iter().all(|p| p.y == p.z) && anaglyph.pixels.iter().any(|p| (p.x - p.y).abs() > 0.05));
 }
 
 #[test]
@@ -248,6 +279,12 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("compare rgbz.exr --reference accumulation -o out", 1, "has no accumulation reference"),
     ("diff rgb.exr rgbz.exr --json out.json", 1, "metrics need images of one size"),
     ("diff rgb.exr missing.png --json out.json", 1, "check that the file exists"),
+    ("render rgbz.exr -o out.png --stereo parallel", 1, "--stereo needs a scene"),
+    ("render scene.glb -o out.exr --stereo anaglyph", 1, "give a name that ends in .png"),
+    ("render scene.glb -o out.png --stereo sideways", 2, "there is no layout 'sideways'"),
+    ("render scene.glb -o out.png --stereo parallel --ipd-mm -3", 2, "give millimetres from 0 to 1000"),
+    ("render scene.glb -o out.png --stereo parallel --stereo-window 0", 2, "give metres from 0.05 on"),
+    ("render scene.glb -o out.png --ipd-mm 60", 2, "--stereo"),
     ("render scene.glb", 2, "--output"),
     ("render -o out.png", 2, "SCENE"),
     ("render scene.glb -o out.png --size banana", 2, "such as 1024x768"),

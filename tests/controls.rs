@@ -196,9 +196,9 @@ fn sub_images_and_slabs_are_told_by_number() {
     // Beyond the squares, which are blurred foreground then.
     type_number(&mut window, "Focus distance", "30");
     for (method, texture, quantity) in [
-        ("opaque", "sub-image of each pixel", "sub-image"),
-        ("pyramid", "sub-image of each pixel", "sub-image"),
-        ("multiview", "slabs of each pixel", "first slab"),
+        ("opaque", "sub-image of each pixel", "sub-image index"),
+        ("pyramid", "sub-image of each pixel", "sub-image index"),
+        ("multiview", "slabs of each pixel", "slab index"),
     ] {
         perform(&mut window, Action::SetMethod(PaneId(1), method.into()));
         choose(&mut window, "Shown in pane 1", "Inside the method");

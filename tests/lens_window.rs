@@ -4,17 +4,19 @@
 
 mod common;
 
-use common::window::{Window, choose, click, drag, drag_with, point, settle, small, type_number};
+use common::window::{Window, choose, click, drag, drag_with, name_file, point, settle, small, type_number};
 use defocus::aperture::Aperture;
 use defocus::app::panels::{FocusMode, FocusSettings};
-use defocus::app::{Action, PaneId};
+use defocus::app::{Action, PaneId, PictureKind};
 use defocus::combine::Channel;
 use defocus::focus::{area_depth_m, depth_of_m, world_point};
 use defocus::gpu::download_rgba8;
+use defocus::image::ColorImage;
+use defocus::image_io::read_color;
 use defocus::stereo::{Layout, Stereo};
 use eframe::egui::{self, Modifiers, Role};
 use egui_kittest::kittest::Queryable;
-use glam::{DVec2, dvec2};
+use glam::{DVec2, dvec2, uvec2};
 
 fn focus_m(window: &Window) -> f64 {
     window.state().document().lens.focus_distance_m
@@ -137,6 +139,32 @@ fn two_eyes_see_each_their_own_view() {
 }
 
 #[test]
+fn both_eyes_are_saved_as_they_are_laid_out() {
+    let mut window = small(&["pinhole"]);
+    let folder = tempfile::tempdir().expect("a temporary folder can be made");
+    let mut save = |layout: Layout| {
+        perform(&mut window, Action::SetStereo(Some(layout)));
+        let file = folder.path().join(format!("{}.exr", layout.id()));
+        let ctx = window.ctx.clone();
+        window.state_mut().perform(&ctx, Action::SavePicture(PaneId(1), PictureKind::Exr));
+        name_file(&mut window, &file);
+        settle(&mut window);
+        file
+    };
+    let [parallel, crossed] = [Layout::Parallel, Layout::Crossed].map(|layout| {
+        let file = save(layout);
+        read_color(&file).expect("it was written")
+    });
+    let anaglyph = save(Layout::Anaglyph);
+    let eye = uvec2(parallel.size.x / 2, parallel.size.y);
+    let half = |image: &ColorImage, x: u32| image.crop(uvec2(x, 0), eye);
+    assert!(half(&parallel, 0) == half(&crossed, eye.x) && half(&parallel, eye.x) == half(&crossed, 0));
+    assert!(half(&parallel, 0) != half(&parallel, eye.x), "the eyes stand apart");
+    let error = window.state().last_error().unwrap_or_default();
+    assert!(error.contains("save it as PNG") && !anaglyph.exists(), "{error}");
+}
+
+#[test]
 fn the_camera_is_fitted_to_the_display_and_an_image_becomes_the_aperture() {
     let mut window = small(&["pinhole"]);
     type_number(&mut window, "Screen DPI", "0.2");
@@ -147,6 +175,8 @@ fn the_camera_is_fitted_to_the_display_and_an_image_becomes_the_aperture() {
     settle(&mut window);
     let fov = window.state_mut().view().expect("there is a view").projection().fov_x();
     assert!((fov / display_fov - 1.0).abs() < 1e-9, "{fov} not {display_fov}");
+    let line = defocus::app::command_line(window.state().document(), uvec2(320, 200));
+    assert!(line.contains(" --fov "), "the camera is not the scene's any more: {line}");
     assert!(window.query_by_label("Fit the camera").is_none());
 
     let folder = tempfile::tempdir().expect("a temporary folder can be made");
@@ -179,7 +209,7 @@ fn the_inspector_reads_what_lies_under_the_pointer_and_a_channel_is_shown_alone(
     let size = window.state().engine().size().expect("there is a view");
     let pixel = dvec2(0.4, 0.7) * size.as_dvec2();
     assert!(window.query_by_label_contains(&format!("{}, ", pixel.x as u32)).is_some(), "the pixel is shown");
-    for name in ["Neighbourhood", "Luminance histogram", "CoC histogram", "1 Pinhole"] {
+    for name in ["Neighbourhood", "Luminance histogram", "CoC histogram", "1 Pinhole", "mipmap level", "tile class"] {
         assert!(window.query_all_by_label_contains(name).next().is_some(), "{name} is not shown");
     }
 

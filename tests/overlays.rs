@@ -183,3 +183,16 @@ fn tile_classes_say_what_was_skipped() {
         assert_eq!(class.class_at(edge), blurred, "{method}");
     }
 }
+
+#[test]
+fn what_methods_say_they_explain_they_expose_with_names() {
+    for method in methods::all() {
+        let id = method.about().id;
+        for texture in method.explains() {
+            let meaning = methods::meaning(method.as_ref(), texture);
+            let quantity = meaning.quantities().first().unwrap_or_else(|| panic!("{id}: '{texture}' has no numbers"));
+            // Fails with the names that there are.
+            Shown::of(id, texture, quantity.name);
+        }
+    }
+}

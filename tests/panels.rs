@@ -349,7 +349,11 @@ fn the_inspector_tells_everything_about_a_pixel() {
     let inspection = Inspection {
         pixel,
         depth_m: 0.6,
-        panes: vec![PaneValue { name: "1 mipmap".into(), color: picture.at(31, 0), inside: None }],
+        panes: vec![PaneValue {
+            name: "1 mipmap".into(),
+            color: picture.at(31, 0),
+            numbers: vec![("slab index".into(), "2".into())],
+        }],
         neighbourhood: neighbourhood(&picture, pixel, 7),
     };
     assert_eq!(inspection.neighbourhood.size, UVec2::splat(15));

@@ -7,11 +7,14 @@ mod tiny_files;
 
 use common::window::{Tiny, Window, choose, click, name_file, point, press, settle, type_number, window};
 use defocus::app::{
-    Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, Show, read_state,
+    Action, Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, Show, read_state,
 };
+use defocus::gpu::download_rgba8;
+use defocus::stereo::Layout;
 use defocus::{image_io, methods};
 use eframe::egui::{Key, Modifiers, Role};
 use egui_kittest::kittest::Queryable;
+use glam::{DVec2, dvec2};
 use tiny_files::squares;
 
 /// [`common::window::tiny`] with squares one behind the other.
@@ -44,7 +47,7 @@ fn within_three_actions_two_methods_stand_side_by_side_focused_on_what_was_click
     assert_eq!(document(&window).visible().len(), 2);
     choose_samples(&mut window);
     let at = point(&window, 0.35, 0.75);
-    let expected = window.state_mut().depth_at_m(glam::dvec2(0.35, 0.75)).expect("there is a view");
+    let expected = window.state_mut().depth_at_m(dvec2(0.35, 0.75)).expect("there is a view");
     click(&mut window, at);
     assert_eq!(document(&window).lens.focus_distance_m, expected);
     let engine = window.state().engine();
@@ -100,10 +103,86 @@ fn a_texture_inside_is_chosen_with_level_and_channel() {
     let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
     let [low, high] = pane.reading().expect("one channel has a scale").ends;
     assert!(low >= 0.0 && high > low, "a DoB is not negative and differs: {low} to {high}");
-    let before = pane.shown().expect("it is shown").size();
+    type_number(&mut window, "Opacity in pane 1", "100");
+    let size = |window: &Window| {
+        let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
+        pane.shown().expect("it is shown").size()
+    };
+    let before = size(&window);
     type_number(&mut window, "Texture level in pane 1", "2");
-    let after = window.state().engine().pane(PaneId(1)).and_then(|p| p.shown()).expect("it is shown").size();
+    let after = size(&window);
     assert!(after.x < before.x, "a coarser level has fewer texels: {before} and {after}");
+}
+
+/// The colours of a pane, and those of the colour map over its numbers at 9 places.
+fn colours(window: &Window) -> Vec<([u8; 3], [u8; 3])> {
+    let engine = window.state().engine();
+    let pane = engine.pane(PaneId(1)).expect("the pane is there");
+    let shown = download_rgba8(engine.gpu(), pane.shown().expect("it is shown"));
+    let places = (0..9).map(|i| dvec2(f64::from(i % 3) + 0.5, f64::from(i / 3) + 0.5) / 3.0);
+    let colour = |at: DVec2| {
+        let pixel = (at * shown.size.as_dvec2()).as_uvec2();
+        let [r, g, b, _] = shown.at(pixel.x, pixel.y);
+        let (reading, value) = engine.inside_at(PaneId(1), at).expect("numbers are shown");
+        ([r, g, b], reading.map().srgb8(reading.place(value)))
+    };
+    places.map(colour).collect()
+}
+
+#[test]
+fn numbers_inside_lie_over_the_picture_as_densely_as_is_asked_for() {
+    let Tiny { mut window, folder } = tiny(&["mipmap"]);
+    let picture = window.state().shown_size(PaneId(1));
+    choose(&mut window, "Shown in pane 1", "Inside the method");
+    choose(&mut window, "Texture in pane 1", "blur and level of each pixel");
+    choose(&mut window, "Channel in pane 1", "smoothed DoB");
+    assert_eq!(window.state().shown_size(PaneId(1)), picture, "at first the picture is seen under the numbers");
+    let is_map = |(shown, map): &([u8; 3], [u8; 3])| shown.iter().zip(map).all(|(s, m)| s.abs_diff(*m) <= 3);
+    let is_grey = |(shown, _): &([u8; 3], [u8; 3])| shown.iter().all(|s| s.abs_diff(shown[0]) <= 1);
+    assert!(!colours(&window).iter().any(is_map), "both are mixed");
+    let file = folder.path().join("overlay.ron");
+    defocus::app::write_state(&file, document(&window)).expect("it can be written");
+    type_number(&mut window, "Opacity in pane 1", "100");
+    assert!(colours(&window).iter().all(is_map), "the numbers alone");
+    type_number(&mut window, "Opacity in pane 1", "0");
+    assert!(colours(&window).iter().all(is_grey), "the picture alone, grey");
+    assert_eq!(document(&window).panes[0].opacity, 0.0);
+    // A state of an earlier program knows nothing of it.
+    let text = std::fs::read_to_string(&file).expect("it was written");
+    let earlier: String =
+        text.lines().filter(|line| !line.contains("opacity:")).map(|line| format!("{line}\n")).collect();
+    assert_ne!(earlier, text);
+    std::fs::write(&file, earlier).expect("it can be written");
+    assert_eq!(read_state(&file).expect("it can still be read").panes[0].opacity, 0.6);
+    // The overlays that every method has take the same control.
+    for show in ["Circle of confusion", "Depth"] {
+        choose(&mut window, "Shown in pane 1", show);
+        type_number(&mut window, "Opacity in pane 1", "35");
+        assert_eq!(document(&window).panes[0].opacity, 0.35);
+    }
+}
+
+#[test]
+fn what_a_method_did_is_chosen_by_name() {
+    let Tiny { mut window, folder: _folder } = tiny(&["mipmap"]);
+    let shown = |window: &Window| {
+        let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
+        pane.reading().expect("numbers are shown").quantity.name
+    };
+    for name in ["smoothed DoB", "DoN", "mipmap level", "tile class"] {
+        choose(&mut window, "Shown in pane 1", name);
+        assert_eq!(shown(&window), name);
+        assert_eq!(
+            window.state().shown_size(PaneId(1)),
+            window.state().engine().size(),
+            "{name} lies over the picture"
+        );
+    }
+    // Another method that has it too goes on showing it.
+    choose(&mut window, "Method of pane 1", "Multiview synthesis");
+    assert_eq!(shown(&window), "tile class");
+    command(&mut window, "overlay slab index");
+    assert_eq!(shown(&window), "slab index");
 }
 
 #[test]
@@ -297,4 +376,15 @@ fn the_command_line_names_all_that_makes_the_picture() {
     ] {
         assert!(line.contains(part), "{part} is missing in {line}");
     }
+}
+
+#[test]
+fn the_command_line_has_both_eyes() {
+    let Tiny { mut window, folder: _folder } = tiny(&["mipmap"]);
+    let ctx = window.ctx.clone();
+    window.state_mut().perform(&ctx, Action::SetStereo(Some(Layout::Anaglyph)));
+    settle(&mut window);
+    let line = defocus::app::command_line(document(&window), glam::uvec2(320, 200));
+    assert!(line.contains("--stereo anaglyph --ipd-mm 63 --stereo-window inf"), "{line}");
+    assert!(defocus::app::left_out(document(&window)).is_empty());
 }

@@ -1,10 +1,10 @@
 //! Everything that can be done by a name: menus, keys and the command palette share it.
 
 use super::document::{Arrangement, Inside, MethodChoice, PaneId, Show};
-use super::files::PictureKind;
 use super::panels::FocusMode;
 use super::panes::method_to_add;
 use super::preferences::Theme;
+use super::saving::PictureKind;
 use super::{App, state};
 use crate::presets::presets;
 use crate::scene::builtin;
@@ -61,6 +61,8 @@ pub enum Action {
     ResetParams(PaneId),
     /// What a pane shows, by its place in the list.
     SetShow(PaneId, usize),
+    /// Show what a pane's method tells of each pixel.
+    LookInside(PaneId, Inside),
     /// Figures also without a pane that shows the reference.
     Measure,
     /// The whole picture, or pixel for pixel.
@@ -164,6 +166,9 @@ impl App {
         commands.extend(zooms.map(|zoom| command(format!("Zoom {}00 %", zoom as u32), Action::ZoomTo(zoom))));
         let shows = Show::NAMES.iter().enumerate();
         commands.extend(shows.map(|(i, name)| command(format!("Show: {name}"), Action::SetShow(a, i))));
+        let overlays = self.document.pane(a).map_or_else(Vec::new, |pane| Inside::overlays(&pane.method));
+        let overlay = |(name, inside)| command(format!("Overlay: {name}"), Action::LookInside(a, inside));
+        commands.extend(overlays.into_iter().map(overlay));
         let about = methods::all().into_iter().map(|m| m.about());
         commands.extend(about.map(|m| command(format!("Method: {}", m.title), Action::SetMethod(a, m.id.into()))));
         let scenes = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
@@ -263,8 +268,12 @@ impl App {
                 if let Some(pane) = document.pane_mut(id) {
                     let reference = method == "accumulation";
                     pane.method = if reference { MethodChoice::reference() } else { MethodChoice::new(&method) };
-                    if matches!(pane.show, Show::Inside(_)) {
-                        pane.show = Show::Inside(Inside::default());
+                    // What the new method has too stays in sight.
+                    let known = Inside::overlays(&pane.method);
+                    if let Show::Inside(inside) = &mut pane.show
+                        && known.iter().all(|(_, overlay)| overlay != inside)
+                    {
+                        *inside = Inside::default();
                     }
                 }
             }
@@ -274,6 +283,11 @@ impl App {
                 }
             }
             Action::SetShow(id, index) => self.set_show(id, index, is_scene),
+            Action::LookInside(id, inside) => {
+                if let Some(pane) = document.pane_mut(id) {
+                    pane.show = Show::Inside(inside);
+                }
+            }
             _ => {}
         }
     }

@@ -2,9 +2,9 @@
 
 use super::actions::Action;
 use super::document::Arrangement;
-use super::files::PictureKind;
 use super::panels::refresh_text;
 use super::preferences::Theme;
+use super::saving::PictureKind;
 use super::widgets::{combo, significant};
 use super::{App, MAX_PANES};
 use crate::scene::builtin;

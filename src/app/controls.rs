@@ -1,14 +1,18 @@
 //! The panel with what can be set.
 
 use super::App;
-use super::document::{MethodChoice, Show};
-use super::panels::{ApertureChange, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel};
+use super::document::{Document, MethodChoice, Show};
+use super::panels::{
+    ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
+};
 use super::preferences::Navigation;
-use super::widgets::{self, Real, choice};
+use super::widgets::{self, choice, number_of};
 use super::{style, timing};
 use crate::combine;
 use crate::display::ToneMap;
+use crate::methods;
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
+use std::ops::RangeInclusive;
 
 impl App {
     /// The panel on the right.
@@ -24,6 +28,7 @@ impl App {
                 self.focus_group(ui);
                 self.method_group(ui);
                 group(ui, "View", true, |ui| self.view_group(ui));
+                self.inspector.close();
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
                 group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
@@ -108,10 +113,13 @@ impl App {
         group(ui, &format!("Pane {number}: {}", about.title), true, |ui| {
             ui.label(RichText::new(about.summary).small().weak());
             let mut changes = Vec::new();
-            for param in method.params() {
+            let mut plain = methods::by_id(about.id).ok();
+            let defaults = plain.iter_mut().flat_map(|plain| plain.params());
+            let defaults: Vec<Option<f64>> = defaults.map(|param| number_of(&param)).collect();
+            for (param, default) in method.params().into_iter().zip(defaults) {
                 ui.push_id(param.key, |ui| {
                     let key = param.key;
-                    if widgets::param(ui, param) {
+                    if widgets::param(ui, param, default) {
                         changes.push(key);
                     }
                 });
@@ -130,14 +138,15 @@ impl App {
         let (document, preferences) = (&mut self.document, &mut self.preferences);
         let mut tone_map = ToneMap::ALL.iter().position(|t| *t == document.display.tone_map).unwrap_or(0);
         let mut exposure = f64::from(document.display.exposure_ev);
-        let slider = Real {
+        let field = Field {
             name: "Exposure",
             help: "Brightness, as a power of two.",
             unit: " EV",
             range: -6.0..=6.0,
             log: None,
+            reset: Some(0.0),
         };
-        if slider.show(ui, &mut exposure) {
+        if field.show(ui, &mut exposure) {
             document.display.exposure_ev = exposure.clamp(-20.0, 20.0) as f32;
         }
         let names = ["None", "Reinhard", "AgX"];
@@ -149,16 +158,20 @@ impl App {
         if choice(ui, "Channel", "Which channels of pictures are shown, each as grey.", &mut channel, &names) {
             document.channel = combine::Channel::ALL[channel].0;
         }
-        let px = |name, help, range, log| Real { name, help, unit: " px", range, log };
+        let usual = Document::default();
+        let px = |name, help, range: RangeInclusive<f64>, reset: f32| {
+            let (log, reset) = (Some(*range.start()), Some(f64::from(reset)));
+            Field { name, help, unit: " px", range, log, reset }
+        };
         let mut acceptable = f64::from(document.acceptable_coc_px);
         let help = "Greatest circle of confusion that counts as sharp: decides where the depth of field ends.";
-        if px("Sharp up to", help, 0.25..=16.0, Some(0.25)).show(ui, &mut acceptable) {
+        if px("Sharp up to", help, 0.25..=16.0, usual.acceptable_coc_px).show(ui, &mut acceptable) {
             document.acceptable_coc_px = acceptable.clamp(0.01, 1000.0) as f32;
         }
         if document.panes.iter().any(|p| p.show == Show::Coc) {
             let mut scale = f64::from(document.coc_scale_px);
             let help = "Circle of confusion at the ends of the colour map.";
-            if px("CoC scale", help, 1.0..=128.0, Some(1.0)).show(ui, &mut scale) {
+            if px("CoC scale", help, 1.0..=128.0, usual.coc_scale_px).show(ui, &mut scale) {
                 document.coc_scale_px = scale.clamp(0.01, 10_000.0) as f32;
             }
         }

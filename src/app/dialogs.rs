@@ -1,19 +1,16 @@
 //! Asking for a file: a field for its name, which works on every machine, with the
 //! system's own dialog behind a button.
 
+use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
 use super::document::{Document, PaneId};
-use super::files::PictureKind;
+use super::panels::Field;
+use super::saving::PictureKind;
 use super::state;
-use super::widgets::{self, Real, choice};
+use super::widgets::{self, choice};
 use crate::scene::rgbd::{DepthEncoding, DepthKind};
 use crate::study::DepthArgs;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
-use std::sync::mpsc::{Receiver, TryRecvError, channel};
-use std::time::{Duration, Instant};
-
-/// A dialog that is gone sooner was never there: nobody closes one so fast.
-const NEVER_THERE: Duration = Duration::from_millis(400);
 
 /// Images that bring no depth of their own.
 const WITHOUT_DEPTH: [&str; 4] = ["png", "jpg", "jpeg", "hdr"];
@@ -73,7 +70,7 @@ pub struct Answer {
 }
 
 #[derive(Clone, Copy, PartialEq)]
-enum Field {
+enum Asked {
     File,
     Depth,
 }
@@ -83,7 +80,7 @@ struct Asking {
     file: String,
     depth_file: String,
     encoding: DepthEncoding,
-    browsing: Option<(Field, Receiver<Option<PathBuf>>, Instant)>,
+    browsing: Option<(Asked, Browsing)>,
     /// Whether the system's dialog was asked for and did not come.
     no_dialog: bool,
     fresh: bool,
@@ -151,7 +148,7 @@ impl Dialogs {
     /// Shows the dialog; the answer once it is given.
     pub fn show(&mut self, ctx: &Context) -> Option<Answer> {
         let asking = self.asking.as_mut()?;
-        asking.take_browsed();
+        asking.take_browsed(ctx.input(|i| i.focused));
         let mut done = None;
         let modal = Modal::new(Id::unique("file dialog")).show(ctx, |ui| {
             ui.set_width(520.0);
@@ -176,16 +173,16 @@ impl Dialogs {
 impl Asking {
     /// The fields; `Some(true)` when confirmed, `Some(false)` when given up.
     fn ui(&mut self, ui: &mut Ui) -> Option<bool> {
-        let entered = self.file_row(ui, Field::File);
+        let entered = self.file_row(ui, Asked::File);
         let missing = self.missing();
         if self.needs_depth() {
-            self.file_row(ui, Field::Depth);
+            self.file_row(ui, Asked::Depth);
             self.encoding_rows(ui);
         }
         if self.no_dialog {
-            let text =
-                "The system's file dialog did not open: it needs a desktop portal or zenity. Type the name here.";
-            ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color));
+            ui.label(RichText::new(NO_DIALOG).small().color(ui.visuals().warn_fg_color));
+        } else if self.browsing.is_some() {
+            ui.label(RichText::new(WAITING).small().weak());
         }
         let note = missing.clone().unwrap_or_else(|| self.note());
         ui.label(RichText::new(note).small().weak());
@@ -203,12 +200,12 @@ impl Asking {
         if entered && missing.is_none() { Some(true) } else { done }
     }
 
-    fn file_row(&mut self, ui: &mut Ui, field: Field) -> bool {
+    fn file_row(&mut self, ui: &mut Ui, field: Asked) -> bool {
         let (name, text) = match field {
-            Field::File => ("File", &mut self.file),
-            Field::Depth => ("Depth file", &mut self.depth_file),
+            Asked::File => ("File", &mut self.file),
+            Asked::Depth => ("Depth file", &mut self.depth_file),
         };
-        let fresh = field == Field::File && std::mem::take(&mut self.fresh);
+        let fresh = field == Asked::File && std::mem::take(&mut self.fresh);
         let mut browse = false;
         let edit = widgets::row(ui, name, "", |ui| {
             let width = ui.available_width() - 90.0;
@@ -241,7 +238,7 @@ impl Asking {
                 _ => DepthKind::Device { near_m, far_m },
             };
         }
-        let row = |name, help, unit, log| Real { name, help, unit, range: log..=1000.0, log: Some(log) };
+        let row = |name, help, unit, log| Field { name, help, unit, range: log..=1000.0, log: Some(log), reset: None };
         match kind {
             DepthKind::Metres { per_unit } => {
                 row("Metres a unit", "0.001 for millimetres.", " m", 1e-4).show(ui, per_unit);
@@ -294,43 +291,28 @@ impl Asking {
     }
 
     /// Shows the system's dialog; its answer arrives later.
-    fn browse(&mut self, ctx: &Context, field: Field) {
+    fn browse(&mut self, ctx: &Context, field: Asked) {
         if self.browsing.is_some() {
             return;
         }
-        let (sender, receiver) = channel();
         let (extensions, title) = match field {
-            Field::File => (self.purpose.extensions(), self.purpose.title()),
-            Field::Depth => (&["png", "exr"][..], "Depth of the image"),
+            Asked::File => (self.purpose.extensions(), self.purpose.title()),
+            Asked::Depth => (&["png", "exr"][..], "Depth of the image"),
         };
-        // Made here: some systems want dialogs to come from the main thread.
-        let dialog = rfd::AsyncFileDialog::new().set_title(title).add_filter("Files", extensions);
-        let saving = field == Field::File && !self.purpose.reads();
-        let ctx = ctx.clone();
-        let future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>> =
-            if saving { Box::pin(dialog.save_file()) } else { Box::pin(dialog.pick_file()) };
-        std::thread::spawn(move || {
-            let file = pollster::block_on(future);
-            // Nobody listens any more where the dialog was closed meanwhile.
-            let _ = sender.send(file.map(|file| file.path().to_owned()));
-            ctx.request_repaint();
-        });
-        self.browsing = Some((field, receiver, Instant::now()));
+        let saving = field == Asked::File && !self.purpose.reads();
+        self.browsing = Some((field, Browsing::start(ctx, title, extensions, saving)));
+        self.no_dialog = false;
     }
 
-    fn take_browsed(&mut self) {
-        let Some((field, receiver, since)) = &self.browsing else { return };
-        let file = match receiver.try_recv() {
-            Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => None,
-            Ok(file) => file,
-        };
-        self.no_dialog = file.is_none() && since.elapsed() < NEVER_THERE;
-        if let Some(file) = file {
+    fn take_browsed(&mut self, has_focus: bool) {
+        let Some((field, browsing)) = &mut self.browsing else { return };
+        let Some(browsed) = browsing.poll(has_focus) else { return };
+        self.no_dialog = browsed == Browsed::NeverThere;
+        if let Browsed::File(file) = browsed {
             let text = file.to_string_lossy().into_owned();
             match field {
-                Field::File => self.file = text,
-                Field::Depth => self.depth_file = text,
+                Asked::File => self.file = text,
+                Asked::Depth => self.depth_file = text,
             }
         }
         self.browsing = None;

@@ -16,13 +16,27 @@ const RADIUS_PX: u32 = 7;
 /// What was inspected last: it stays while the pointer is elsewhere.
 #[derive(Default)]
 pub struct Inspector {
+    open: bool,
     last: Option<Inspection>,
     histogram: Option<(Arc<ColorImage>, Display, Histogram)>,
+}
+
+impl Inspector {
+    /// Whether it was looked at in this frame: then methods tell what they did.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// Nobody looks at it, until it is shown.
+    pub fn close(&mut self) {
+        self.open = false;
+    }
 }
 
 impl App {
     /// The inspector's panel.
     pub(super) fn inspector(&mut self, ui: &mut Ui) {
+        self.inspector.open = true;
         self.inspect();
         let inspector = &self.inspector;
         let depths_m = self.engine.depths_m(false);
@@ -60,9 +74,16 @@ impl App {
         let at_px = pixel(picture.size, own);
         let Some(depth_m) = engine.depth_at_m(own) else { return };
         let same_size = pictures.iter().filter(|(.., p)| p.size == picture.size);
-        let inside = |id| {
-            let (reading, value) = engine.inside_at(id, own)?;
-            Some((reading.quantity.name.to_owned(), value_text(reading, value)))
+        let engine = &*engine;
+        let numbers = |id| {
+            let shown = engine.inside_at(id, own).map(|(reading, value)| (reading.quantity.clone(), value));
+            let mut numbers: Vec<(String, String)> = Vec::new();
+            for (quantity, value) in shown.into_iter().chain(engine.explained_at(id, own)) {
+                if numbers.iter().all(|(name, _)| name != quantity.name) {
+                    numbers.push((quantity.name.to_owned(), value_text(&quantity, value)));
+                }
+            }
+            numbers
         };
         self.inspector.last = Some(Inspection {
             pixel: at_px,
@@ -71,7 +92,7 @@ impl App {
                 .map(|(id, name, p)| PaneValue {
                     name: name.clone(),
                     color: p.at(at_px.x, at_px.y),
-                    inside: inside(*id),
+                    numbers: numbers(*id),
                 })
                 .collect(),
             neighbourhood: neighbourhood(picture, at_px, RADIUS_PX),

@@ -4,7 +4,7 @@ use super::App;
 use super::document::{DifferenceKind, PaneId, Show};
 use super::engine::Reading;
 use super::widgets::significant;
-use crate::methods::Scale;
+use crate::methods::{Quantity, Scale};
 use crate::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 
 /// A colour scale with its ends.
@@ -77,15 +77,14 @@ fn of_reading(reading: &Reading) -> Legend {
     Legend {
         map: reading.map(),
         title: reading.quantity.name.into(),
-        low: value_text(reading, low),
-        high: value_text(reading, high),
+        low: value_text(&reading.quantity, low),
+        high: value_text(&reading.quantity, high),
         names: names.into_iter().map(|(value, name): (f32, String)| (reading.place(value), name)).collect(),
     }
 }
 
 /// A stored value as a number with its unit, or as the name of its class.
-pub fn value_text(reading: &Reading, value: f32) -> String {
-    let quantity = &reading.quantity;
+pub fn value_text(quantity: &Quantity, value: f32) -> String {
     if let Scale::Classes(classes) = quantity.scale
         && let Some((_, name)) = classes.iter().find(|(known, _)| *known == value)
     {

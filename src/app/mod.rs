@@ -25,7 +25,9 @@
 
 mod actions;
 mod bars;
+mod browsing;
 mod controls;
+mod details;
 mod dialogs;
 mod document;
 mod engine;
@@ -44,6 +46,7 @@ pub mod panels;
 mod panes;
 mod preferences;
 mod report;
+mod saving;
 mod screenshot;
 mod shaders;
 mod show;
@@ -62,9 +65,9 @@ pub use document::{
     REFERENCE_SAMPLES, Show, Zoom,
 };
 pub use engine::{DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Judged, Pane, Reading, Request};
-pub use files::PictureKind;
 pub use panes::PaneTree;
 pub use preferences::{Navigation, Preferences, Theme};
+pub use saving::PictureKind;
 pub use state::{StateError, command_line, left_out, read as read_state, write as write_state};
 pub use style::apply as apply_style;
 pub use timing::{History, Quantiles};
@@ -140,7 +143,7 @@ pub struct App {
     reload: shaders::Reload,
     dialogs: dialogs::Dialogs,
     palette: palette::Palette,
-    task: Option<tasks::Task>,
+    tasks: Vec<tasks::Task>,
     messages: messages::Messages,
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
@@ -260,7 +263,7 @@ impl App {
             reload: shaders::Reload::of(options.shaders),
             dialogs: dialogs::Dialogs::in_folder(options.folder.unwrap_or_default()),
             palette: Default::default(),
-            task: None,
+            tasks: Vec::new(),
             messages,
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
@@ -324,7 +327,7 @@ impl App {
         self.started
             && self.loader.loading().is_none()
             && self.shows_what_is_named()
-            && self.task.is_none()
+            && self.tasks.is_empty()
             && self.engine.wants_update_in().is_none()
             && self.eyes.wants_update_in().is_none()
             && !self.focus_motion.is_moving()
@@ -347,7 +350,7 @@ impl App {
         if let Some(answer) = self.dialogs.show(&ctx) {
             self.answer(&ctx, answer);
         }
-        self.show_task(&ctx);
+        self.show_tasks(&ctx);
         self.messages.show(&ctx);
         self.feed_undo(&ctx);
         self.finish_frame(&ctx);
@@ -441,14 +444,18 @@ impl App {
         self.focus_motion.stop();
     }
 
-    fn show_task(&mut self, ctx: &egui::Context) {
-        let Some(ended) = self.task.as_mut().and_then(|task| task.show(ctx)) else { return };
-        self.task = None;
-        match ended {
-            tasks::Ended::Well(text) => self.messages.note(ctx, &text),
-            tasks::Ended::Badly(error) => self.messages.error(ctx, &error),
-            tasks::Ended::Stopped => self.messages.note(ctx, "Cancelled; nothing was written."),
-        }
+    fn show_tasks(&mut self, ctx: &egui::Context) {
+        let (mut row, messages) = (0, &mut self.messages);
+        self.tasks.retain_mut(|task| {
+            row += 1;
+            match task.show(ctx, row - 1) {
+                None => return true,
+                Some(tasks::Ended::Well(text)) => messages.note(ctx, &text),
+                Some(tasks::Ended::Badly(error)) => messages.error(ctx, &error),
+                Some(tasks::Ended::Stopped) => messages.note(ctx, "Cancelled; nothing was written."),
+            }
+            false
+        });
     }
 
     /// Brings the pictures up to date with what was changed in this frame. They are

@@ -1,14 +1,14 @@
 //! The panes: how they lie, and the head and foot of each.
 
-use super::document::{Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MethodChoice, PaneId, Show};
-use super::engine::channel_of;
+use super::details::{Exposed, difference_row, inside_row, opacity_drag};
+use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::widgets::{combo, significant};
 use super::{App, actions::Action, style};
 use crate::gpu::Texture;
-use crate::methods::{self, Meaning};
+use crate::methods;
 use eframe::egui::{
-    self, Align, Button, Color32, CornerRadius, DragValue, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui,
-    UiBuilder, WidgetInfo, WidgetText, pos2, vec2,
+    self, Align, Button, Color32, CornerRadius, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
+    WidgetInfo, WidgetText, pos2, vec2,
 };
 use egui_tiles::{Behavior, EditAction, SimplificationOptions, Tile, TileId, UiResponse};
 
@@ -231,12 +231,20 @@ impl App {
 
     fn show_list(&mut self, ui: &mut Ui, id: PaneId, width: f32) {
         let Some(state) = self.document.pane(id) else { return };
-        let before = state.show.index();
+        let overlays = Inside::overlays(&state.method);
+        let names: Vec<&str> = Show::NAMES.into_iter().chain(overlays.iter().map(|(name, _)| *name)).collect();
+        let known = overlays.iter().position(|(_, overlay)| state.show == Show::Inside(overlay.clone()));
+        let before = known.map_or(state.show.index(), |i| Show::NAMES.len() + i);
         let mut chosen = before;
-        let list = combo(ui, &format!("show {id}"), &mut chosen, &Show::NAMES, width);
-        list.accessible_name(format!("Shown in pane {id}")).on_hover_text("The picture, or what is behind it");
+        let list = combo(ui, &format!("show {id}"), &mut chosen, &names, width);
+        list.accessible_name(format!("Shown in pane {id}"))
+            .on_hover_text("The picture, or what is behind it; what the method did at each pixel comes last");
         if chosen != before {
-            self.perform(ui.ctx(), Action::SetShow(id, chosen));
+            let action = match chosen.checked_sub(Show::NAMES.len()).and_then(|i| overlays.get(i)) {
+                Some((_, overlay)) => Action::LookInside(id, overlay.clone()),
+                None => Action::SetShow(id, chosen),
+            };
+            self.perform(ui.ctx(), action);
         }
     }
 
@@ -322,8 +330,8 @@ impl App {
                 ui.close();
             }
         };
-        entry(ui, "Save as PNG…", Action::SavePicture(id, super::files::PictureKind::Png));
-        entry(ui, "Save as EXR…", Action::SavePicture(id, super::files::PictureKind::Exr));
+        entry(ui, "Save as PNG…", Action::SavePicture(id, super::saving::PictureKind::Png));
+        entry(ui, "Save as EXR…", Action::SavePicture(id, super::saving::PictureKind::Exr));
         entry(ui, "Copy image", Action::CopyImage(id));
         ui.separator();
         entry(ui, "Duplicate", Action::Duplicate(id));
@@ -348,92 +356,6 @@ fn row_ui<R>(
     row.set_clip_rect(rect.intersect(ui.clip_rect()));
     row.spacing_mut().item_spacing.x = 6.0;
     add(&mut row)
-}
-
-fn difference_row(ui: &mut Ui, id: PaneId, difference: &mut Difference, others: &[(PaneId, String)]) {
-    let names: Vec<&str> = DifferenceKind::ALL.iter().map(|(_, name)| *name).collect();
-    let mut kind = DifferenceKind::ALL.iter().position(|(k, _)| *k == difference.kind).unwrap_or(0);
-    let list = combo(ui, &format!("kind {id}"), &mut kind, &names, 84.0);
-    list.accessible_name(format!("Kind of difference in pane {id}"));
-    difference.kind = DifferenceKind::ALL[kind].0;
-    ui.weak("from");
-    let names: Vec<&str> = others.iter().map(|(_, name)| name.as_str()).collect();
-    let mut other = others.iter().position(|(o, _)| *o == difference.against).unwrap_or(others.len());
-    let width = (ui.available_width() - 8.0).clamp(40.0, 200.0);
-    let list = combo(ui, &format!("against {id}"), &mut other, &names, width);
-    list.accessible_name(format!("Difference in pane {id} from"));
-    if let Some((against, _)) = others.get(other) {
-        difference.against = *against;
-    }
-}
-
-/// A texture that a method exposes.
-struct Exposed {
-    name: String,
-    levels: u32,
-    layers: u32,
-    components: u8,
-    meaning: Meaning,
-}
-
-fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, opacity: &mut f32, exposed: &[Exposed]) {
-    if exposed.is_empty() {
-        ui.weak("nothing inside: everything is in focus, or the method has no steps");
-        return;
-    }
-    let names: Vec<&str> = exposed.iter().map(|e| e.name.as_str()).collect();
-    let before = exposed.iter().position(|e| e.name == inside.name).unwrap_or(0);
-    let mut chosen = before;
-    let width = (ui.available_width() - 320.0).clamp(50.0, 190.0);
-    let list = combo(ui, &format!("inside {id}"), &mut chosen, &names, width);
-    list.accessible_name(format!("Texture in pane {id}")).on_hover_text("Intermediate textures of the method");
-    let texture = &exposed[chosen];
-    if chosen != before || inside.name.is_empty() {
-        // What was shown of another texture means nothing in this one.
-        *inside = Inside { name: texture.name.clone(), ..Inside::default() };
-    }
-    let number = |ui: &mut Ui, what: &str, value: &mut u32, count: u32| {
-        if count > 1 {
-            *value = (*value).min(count - 1);
-            let drag = DragValue::new(value).range(0..=count - 1).prefix(format!("{what} ")).speed(0.05);
-            let name = format!("Texture {what} in pane {id}");
-            ui.add(drag).accessible_name(name).on_hover_text(format!("{what}, 0 to {}", count - 1));
-        }
-    };
-    number(ui, "level", &mut inside.level, texture.levels);
-    number(ui, "layer", &mut inside.layer, texture.layers);
-    if channel_of(&texture.meaning, inside.channel.index(), u32::from(texture.components)).is_some() {
-        opacity_drag(ui, id, opacity);
-    }
-    channel_list(ui, id, &mut inside.channel, texture);
-}
-
-/// How much an overlay hides of the picture.
-fn opacity_drag(ui: &mut Ui, id: PaneId, opacity: &mut f32) {
-    let mut percent = (f64::from(*opacity) * 100.0).round();
-    let drag = DragValue::new(&mut percent).range(0.0..=100.0).prefix("opacity ").suffix(" %").speed(1.0);
-    let response = ui.add(drag).accessible_name(format!("Opacity in pane {id}"));
-    if response.changed() {
-        *opacity = (percent / 100.0) as f32;
-    }
-    response
-        .on_hover_text("How much the overlay hides of the picture, which is grey under it; 100 % is the overlay alone");
-}
-
-/// Which numbers of the texture are shown, by their names where they have some.
-fn channel_list(ui: &mut Ui, id: PaneId, channel: &mut Channel, texture: &Exposed) {
-    let quantities = texture.meaning.quantities();
-    let offered: Vec<(Channel, &str)> = match (quantities.len(), texture.components) {
-        (0, 1) => vec![(Channel::Red, "R")],
-        (0, _) => Channel::ALL.to_vec(),
-        _ => Channel::ALL.iter().skip(1).zip(quantities).map(|((channel, _), q)| (*channel, q.name)).collect(),
-    };
-    let names: Vec<&str> = offered.iter().map(|(_, name)| *name).collect();
-    let mut chosen = offered.iter().position(|(c, _)| c == channel).unwrap_or(0);
-    let width = (ui.available_width() - 4.0).clamp(50.0, 120.0);
-    let list = combo(ui, &format!("channel {id}"), &mut chosen, &names, width);
-    list.accessible_name(format!("Channel in pane {id}")).on_hover_text("Which numbers of the texture are shown");
-    *channel = offered[chosen].0;
 }
 
 /// A method for a pane that is added beside `existing`: the reference first, then what is

@@ -67,14 +67,19 @@ pub fn write(
     let json = CompareJson::new(setting, truth.as_ref(), &comparison, not_run);
     let images = comparison.results.iter().map(|r| report::method_images(r, truth.as_ref(), display));
     let images = images.collect::<Result<Vec<_>, _>>().map_err(|e| said(&e))?;
+    let mut notes = source.source().notes().to_vec();
+    if document.stereo.is_some() {
+        notes.push("The window shows two eyes; this is the view from the middle between them.".into());
+    }
+    let one_eyed = Document { stereo: None, ..document.clone() };
     let html = report::html(&ReportInput {
         json: &json,
         comparison: &comparison,
         truth: truth.as_ref(),
         images: &images,
         display,
-        command: &state::command_line(document, size),
-        notes: source.source().notes(),
+        command: &state::command_line(&one_eyed, size),
+        notes: &notes,
     })
     .map_err(|e| said(&e))?;
     write_atomically(file, |out| out.write_all(html.as_bytes())).map_err(|e| said(&e))

@@ -1,6 +1,7 @@
 //! What a pane shows of its method.
 
-use super::document::PaneId;
+use super::document::{MethodChoice, PaneId};
+use crate::methods::meaning;
 
 /// What a pane shows.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -99,6 +100,25 @@ pub struct Inside {
     pub layer: u32,
     /// Which channels.
     pub channel: Channel,
+}
+
+impl Inside {
+    /// What a method tells of each pixel or tile, by name: what is worth laying over its
+    /// picture.
+    pub fn overlays(method: &MethodChoice) -> Vec<(&'static str, Self)> {
+        let Ok(method) = method.build() else { return Vec::new() };
+        let channels = || Channel::ALL.iter().skip(1).map(|(channel, _)| *channel);
+        let mut overlays: Vec<(&'static str, Self)> = Vec::new();
+        for texture in method.explains() {
+            for (quantity, channel) in meaning(method.as_ref(), texture).quantities().iter().zip(channels()) {
+                if overlays.iter().all(|(name, _)| *name != quantity.name) {
+                    let inside = Self { name: (*texture).to_owned(), channel, ..Self::default() };
+                    overlays.push((quantity.name, inside));
+                }
+            }
+        }
+        overlays
+    }
 }
 
 /// Channels of a texture.

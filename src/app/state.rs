@@ -112,11 +112,16 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
         let (p, q) = (camera.position, camera.orientation);
         option("--pose", format!("{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w));
         option("--overscan", document.overscan_px.to_string());
+        if camera.aspect.is_none() {
+            // Where it was fitted to the display it is not the scene's own any more.
+            option("--fov", camera.fov_y.to_degrees().to_string());
+        }
         if document.camera_index > 0 {
             option("--camera", document.camera_index.to_string());
         }
     }
-    if let (Some(stereo), [_]) = (document.stereo, &methods[..]) {
+    // An image with depth, which has no camera, is seen with one eye.
+    if let (Some(stereo), Some(_), [_]) = (document.stereo, &document.camera, &methods[..]) {
         option("--stereo", stereo.layout.id().into());
         option("--ipd-mm", stereo.ipd_mm.to_string());
         option("--stereo-window", stereo.window_m.to_string());

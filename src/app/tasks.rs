@@ -7,7 +7,13 @@ use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::sync::{Arc, Mutex};
-use std::time::Duration;
+use std::time::{Duration, Instant};
+
+/// What takes no longer is not spoken of while it goes on.
+const SPOKEN_OF_AFTER: Duration = Duration::from_millis(500);
+
+/// Height of a task's box with its gap, points.
+const BOX: f32 = 66.0;
 
 /// How far it has come.
 #[derive(Clone, Debug, Default)]
@@ -22,6 +28,7 @@ pub struct Task {
     done: Arc<Mutex<Done>>,
     stop: Arc<AtomicBool>,
     answer: Receiver<Result<String, String>>,
+    since: Instant,
 }
 
 /// How a task ended.
@@ -55,11 +62,17 @@ impl Task {
             let _ = sender.send(work(&mut progress));
             ctx.request_repaint();
         });
-        Self { name, done, stop, answer }
+        Self { name, done, stop, answer, since: Instant::now() }
     }
 
-    /// Shows how far it has come, with a button that stops it; the end, once.
-    pub fn show(&mut self, ctx: &Context) -> Option<Ended> {
+    /// What it is called.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Shows how far it has come, with a button that stops it, above `row` others; the end,
+    /// once.
+    pub fn show(&mut self, ctx: &Context, row: usize) -> Option<Ended> {
         match self.answer.try_recv() {
             Ok(Ok(text)) => return Some(Ended::Well(text)),
             Ok(Err(_)) if self.stop.load(Ordering::Relaxed) => return Some(Ended::Stopped),
@@ -70,15 +83,21 @@ impl Task {
             Err(TryRecvError::Empty) => {}
         }
         ctx.request_repaint_after(Duration::from_millis(100));
+        if self.since.elapsed() < SPOKEN_OF_AFTER {
+            return None;
+        }
         let done = self.done.lock().map(|done| done.clone()).unwrap_or_default();
-        let area = Area::new(Id::unique("progress")).anchor(Align2::CENTER_BOTTOM, vec2(0.0, -60.0));
+        let area = Area::new(Id::unique(("progress", row)));
+        let area = area.anchor(Align2::CENTER_BOTTOM, vec2(0.0, -60.0 - BOX * row as f32));
         area.show(ctx, |ui| {
             Frame::popup(ui.style()).show(ui, |ui| {
                 ui.set_width(360.0);
                 ui.label(&self.name);
                 ui.horizontal(|ui| {
-                    ui.add(ProgressBar::new(done.share).desired_width(280.0).text(done.what));
-                    if ui.button("Cancel").clicked() {
+                    ui.add(ProgressBar::new(done.share).desired_width(280.0).text(done.what.as_str()));
+                    // What tells no steps cannot be stopped between them.
+                    let steps = done.share > 0.0 || !done.what.is_empty();
+                    if steps && ui.button("Cancel").clicked() {
                         self.stop.store(true, Ordering::Relaxed);
                     }
                 });

@@ -304,6 +304,7 @@ impl App {
             self.viewport.last_input_s = now_s;
         }
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
+        request.explain = self.inspector.is_open();
         self.viewport.filter = self.chosen_filter();
         match self.update_eyes(&mut request) {
             Ok(news) => {

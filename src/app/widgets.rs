@@ -1,9 +1,9 @@
 //! Rows of a name and an input, the one labelled by the other.
 
+use super::panels::Field;
 use super::style::NAME_WIDTH;
 use crate::methods::{Param, Value};
-use eframe::egui::{Align, ComboBox, Label, Layout, Response, Slider, SliderClamping, Ui, vec2};
-use std::ops::RangeInclusive;
+use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
 
 /// Width of the number beside a slider, points.
 const NUMBER_WIDTH: f32 = 102.0;
@@ -36,40 +36,6 @@ pub fn fit_slider(ui: &mut Ui) {
     ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
-/// A slider for a real number; `log` names the least positive value of a logarithmic one.
-pub struct Real<'a> {
-    /// Name of the row.
-    pub name: &'a str,
-    /// What it is, for the tooltip.
-    pub help: &'a str,
-    /// Unit with its leading space, or nothing.
-    pub unit: &'a str,
-    /// Reach of the slider; typed numbers may go beyond it.
-    pub range: RangeInclusive<f64>,
-    /// Least positive value of a logarithmic slider.
-    pub log: Option<f64>,
-}
-
-impl Real<'_> {
-    /// Shows it; true if the value changed.
-    pub fn show(self, ui: &mut Ui, value: &mut f64) -> bool {
-        let Self { name, help, unit, range, log } = self;
-        row(ui, name, help, |ui| {
-            fit_slider(ui);
-            let mut slider = Slider::new(value, range)
-                .suffix(unit)
-                .clamping(SliderClamping::Never)
-                .custom_formatter(|v, _| significant(v))
-                .custom_parser(parsed);
-            if let Some(least) = log {
-                slider = slider.logarithmic(true).smallest_positive(least).largest_finite(1000.0);
-            }
-            ui.add(slider)
-        })
-        .changed()
-    }
-}
-
 /// A number with three significant digits, or more where it is large.
 pub fn significant(v: f64) -> String {
     if v.is_infinite() {
@@ -78,14 +44,6 @@ pub fn significant(v: f64) -> String {
     let digits = if v == 0.0 { 0 } else { (2.0 - v.abs().log10().floor()).clamp(0.0, 6.0) as usize };
     let text = format!("{v:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-fn parsed(text: &str) -> Option<f64> {
-    let text = text.trim();
-    if text == "∞" {
-        return Some(f64::INFINITY);
-    }
-    text.parse().ok().filter(|v: &f64| !v.is_nan())
 }
 
 /// A choice from a list of names; true if another one was chosen.
@@ -107,34 +65,44 @@ pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width:
     .response
 }
 
-/// The input of a method's parameter; true if it changed.
-pub fn param(ui: &mut Ui, param: Param<'_>) -> bool {
-    let (label, help) = (param.label, param.help);
+/// The input of a method's parameter, which a double-click on its name sets back to
+/// `default`; true if it changed.
+pub fn param(ui: &mut Ui, param: Param<'_>, default: Option<f64>) -> bool {
+    let (name, help) = (param.label, param.help);
+    let with_space = |unit: &str| if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match param.value {
         Value::Float { value, range, unit } => {
+            let (low, high) = (f64::from(range.0), f64::from(range.1));
+            let unit = with_space(unit);
             let mut wide = f64::from(*value);
-            let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-            let range = f64::from(range.0)..=f64::from(range.1);
-            let slider = Real { name: label, help, unit: &unit, range: range.clone(), log: None };
-            let changed = slider.show(ui, &mut wide);
+            let field = Field { name, help, unit: &unit, range: low..=high, log: None, reset: default };
+            let changed = field.show(ui, &mut wide);
             if changed {
-                *value = wide.clamp(*range.start(), *range.end()) as f32;
+                *value = wide.clamp(low, high) as f32;
             }
             changed
         }
         Value::Int { value, range, unit } => {
-            let before = *value;
-            row(ui, label, help, |ui| {
-                fit_slider(ui);
-                let unit = if unit.is_empty() { String::new() } else { format!(" {unit}") };
-                // Counts over several powers of two are felt in ratios.
-                let wide = range.1 / range.0.max(1) > 64;
-                ui.add(Slider::new(value, range.0..=range.1).suffix(unit).logarithmic(wide))
-            });
+            let (low, high) = (f64::from(range.0), f64::from(range.1));
+            let unit = with_space(unit);
+            let (before, mut wide) = (*value, f64::from(*value));
+            // Counts over several powers of two are felt in ratios.
+            let log = (range.1 / range.0.max(1) > 64).then_some(low.max(1.0));
+            Field { name, help, unit: &unit, range: low..=high, log, reset: default }.show(ui, &mut wide);
+            *value = wide.round().clamp(low, high) as u32;
             *value != before
         }
-        Value::Switch(on) => row(ui, label, help, |ui| ui.checkbox(on, "")).changed(),
-        Value::Choice { value, names } => choice(ui, label, help, value, names),
+        Value::Switch(on) => row(ui, name, help, |ui| ui.checkbox(on, "")).changed(),
+        Value::Choice { value, names } => choice(ui, name, help, value, names),
+    }
+}
+
+/// A parameter as a number, if it is one.
+pub fn number_of(param: &Param<'_>) -> Option<f64> {
+    match &param.value {
+        Value::Float { value, .. } => Some(f64::from(**value)),
+        Value::Int { value, .. } => Some(f64::from(**value)),
+        Value::Switch(_) | Value::Choice { .. } => None,
     }
 }
 
@@ -148,7 +116,5 @@ mod tests {
         for (value, text) in cases {
             assert_eq!(significant(value), text);
         }
-        assert_eq!(parsed(&significant(f64::INFINITY)), Some(f64::INFINITY));
-        assert_eq!(parsed("nan"), None);
     }
 }

@@ -20,10 +20,10 @@ pub struct StereoOptions {
     #[arg(long = "stereo", value_name = "LAYOUT", value_parser = parse_layout)]
     pub layout: Option<Layout>,
     /// Distance of the eyes, mm
-    #[arg(long, value_name = "MM", default_value_t = MEAN_IPD_MM, value_parser = parse_ipd, requires = "layout")]
+    #[arg(long, value_name = "MM", default_value_t = MEAN_IPD_MM, value_parser = parse_ipd, requires = "layout", allow_hyphen_values = true)]
     pub ipd_mm: f64,
     /// Depth, metres, of the window that both eyes look through: what lies there has no disparity
-    #[arg(long = "stereo-window", value_name = "M|inf", default_value = "inf", value_parser = parse_window, requires = "layout")]
+    #[arg(long = "stereo-window", value_name = "M|inf", default_value = "inf", value_parser = parse_window, requires = "layout", allow_hyphen_values = true)]
     pub window_m: f64,
 }
 
@@ -58,7 +58,8 @@ impl Picture {
 
     /// What both eyes see, the middle between them being the setup's camera.
     pub fn of_two(setup: &mut Setup, stereo: Stereo, display: Display, draw: &mut Draw<'_>) -> anyhow::Result<Self> {
-        let missing = "--stereo needs a scene: what a second eye sees of an image with depth is unknown; leave out --stereo";
+        let missing =
+            "--stereo needs a scene: what a second eye sees of an image with depth is unknown; leave out --stereo";
         let middle = setup.view.camera().copied().context(missing)?;
         let [left, right] = stereo.eyes(&middle);
         let mut eye = |camera| {

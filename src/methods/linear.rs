@@ -168,6 +168,10 @@ impl Method for Linear {
         }
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        &[CIRCLES, TILE_CIRCLES]
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         let radius = Quantity::new("radius", " px", Scale::Found);
         match name {

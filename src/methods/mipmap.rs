@@ -243,6 +243,10 @@ impl Method for Mipmap {
         Ok(result)
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        &[EXPLAINED, BLUR_PYRAMID, tile_lists::SKIPPED]
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         let px = |name, scale| Quantity::new(name, " px", scale);
         match name {

@@ -197,6 +197,12 @@ pub trait Method: Send + Sync {
         Meaning::Picture
     }
 
+    /// Names of those exposed textures that tell of each pixel or tile what was done there:
+    /// numbers that are worth laying over the picture.
+    fn explains(&self) -> &'static [&'static str] {
+        &[]
+    }
+
     /// Width, px, of a texel of the finest level of a texture that [`Method::record`] exposes
     /// under `name`, where that does not follow from its size.
     fn texel_px(&self, _name: &str) -> Option<u32> {

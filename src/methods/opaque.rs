@@ -105,6 +105,10 @@ impl Method for Opaque {
         Ok(result)
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        subimages::EXPLAINS
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         subimages::meaning(name)
     }

@@ -98,6 +98,10 @@ impl Method for Pyramid {
         Ok(result)
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        subimages::EXPLAINS
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         subimages::meaning(name)
     }

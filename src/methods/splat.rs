@@ -226,6 +226,10 @@ impl Method for Splat {
         Ok(pass.compose(frame, Some(&hidden_layers)))
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        &[EXPLAINED]
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         let share = |name| Quantity::new(name, " %", Scale::Found).worth(100.0);
         match name {

@@ -33,6 +33,9 @@ const EXPLAIN_SHADER: Shader = shader!("methods/subimages_explain");
 /// Name under which the sub-image of each pixel is exposed.
 const EXPLAINED: &str = "sub-image of each pixel";
 
+/// What of these passes tells what was done where.
+pub(super) const EXPLAINS: &[&str] = &[EXPLAINED];
+
 /// Names of the sub-images' pyramid: by level, then as level 1 of what it is blurred to.
 const LEVEL: &str = "sub-images, level ";
 const BLURRED: &str = "blurred sub-images";

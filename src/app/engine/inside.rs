@@ -1,9 +1,11 @@
 //! Textures from inside methods: what their numbers mean, and single ones.
 
+use super::{Engine, Pane};
+use crate::app::document::{PaneId, Show};
 use crate::gpu::{Gpu, Texture};
 use crate::methods::{Meaning, Quantity, Scale};
 use crate::present::Map;
-use glam::UVec2;
+use glam::{DVec2, UVec2};
 use half::f16;
 
 /// The numbers of a texture that are shown, and on which scale.
@@ -62,10 +64,44 @@ pub(in crate::app) fn channel_of(meaning: &Meaning, wanted: Option<u32>, compone
     }
 }
 
-/// A channel of one texel, of level and layer as `reading` has them. Waits for the GPU;
+impl Engine {
+    /// What a pane that looks inside its method shows at a point of the picture, from (0, 0)
+    /// top left to (1, 1), if those are numbers. Waits for the GPU.
+    pub fn inside_at(&self, id: PaneId, at: DVec2) -> Option<(&Reading, f32)> {
+        let pane = self.panes.get(&id)?;
+        let Show::Inside(inside) = &pane.state.show else { return None };
+        let (reading, (name, texture)) = (pane.reading()?, pane.exposed_as(inside)?);
+        let (level, layer, channel) = reading.at;
+        Some((reading, self.texel(pane, name, (texture, level, layer), at)?[channel as usize]))
+    }
+
+    /// What a pane's method tells of a point of the picture, as [`Engine::inside_at`] takes
+    /// it, where [`Request::explain`](super::Request) asks for it. Waits for the GPU.
+    pub fn explained_at(&self, id: PaneId, at: DVec2) -> Vec<(Quantity, f32)> {
+        let Some(pane) = self.panes.get(&id) else { return Vec::new() };
+        let explained = pane.exposed().filter(|(name, _)| pane.explains().contains(name));
+        let told = |(name, texture)| {
+            let texel = self.texel(pane, name, (texture, 0, 0), at);
+            let Meaning::Numbers(quantities) = pane.meaning(name) else { return Vec::new() };
+            texel.map_or_else(Vec::new, |texel| quantities.into_iter().zip(texel).collect())
+        };
+        explained.flat_map(told).collect()
+    }
+
+    /// The texel of a level and layer of an exposed texture that lies at a point of the
+    /// picture.
+    fn texel(&self, pane: &Pane, name: &str, of: (&Texture, u32, u32), at: DVec2) -> Option<[f32; 4]> {
+        let (texture, level, layer) = of;
+        let inner = self.size().filter(|_| !self.is_lost())?;
+        let size = texture.level_size(level);
+        let texel = pane.place_of(name, texture, inner, self.overscan_px()).texel(size, inner, at)?;
+        read_texel(&self.gpu, texture, (level, layer), texel)
+    }
+}
+
+/// One texel of a level and layer; channels that a format lacks are 0. Waits for the GPU;
 /// `None` for a format without floats and where the device is lost.
-pub(super) fn texel(gpu: &Gpu, texture: &Texture, reading: &Reading, at: UVec2) -> Option<f32> {
-    let (level, layer, channel) = reading.at;
+fn read_texel(gpu: &Gpu, texture: &Texture, (level, layer): (u32, u32), at: UVec2) -> Option<[f32; 4]> {
     let bytes = texture.format().block_copy_size(None)?;
     let size = u64::from(bytes.next_multiple_of(4));
     let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
@@ -86,18 +122,16 @@ pub(super) fn texel(gpu: &Gpu, texture: &Texture, reading: &Reading, at: UVec2) 
     // Fails only with the device lost, which its own callback reports.
     gpu.device().poll(wgpu::PollType::wait_indefinitely()).ok()?;
     let mapped = buffer.get_mapped_range(..).ok()?;
-    let channel = channel as usize;
-    match texture.format() {
-        wgpu::TextureFormat::Rgba16Float | wgpu::TextureFormat::Rg16Float | wgpu::TextureFormat::R16Float => {
-            let bytes = mapped.get(2 * channel..2 * channel + 2)?;
-            Some(f16::from_le_bytes([bytes[0], bytes[1]]).to_f32())
-        }
-        wgpu::TextureFormat::Rgba32Float | wgpu::TextureFormat::Rg32Float | wgpu::TextureFormat::R32Float => {
-            let bytes = mapped.get(4 * channel..4 * channel + 4)?;
-            Some(f32::from_le_bytes(bytes.try_into().ok()?))
-        }
-        _ => None,
+    let channels = usize::from(texture.format().components());
+    let mut texel = [0.0; 4];
+    match bytes as usize / channels {
+        2 => (texel.iter_mut().zip(mapped.chunks_exact(2)).take(channels))
+            .for_each(|(v, b)| *v = f16::from_le_bytes([b[0], b[1]]).to_f32()),
+        4 => (texel.iter_mut().zip(mapped.chunks_exact(4)).take(channels))
+            .for_each(|(v, b)| *v = f32::from_le_bytes([b[0], b[1], b[2], b[3]])),
+        _ => return None,
     }
+    Some(texel)
 }
 
 #[cfg(test)]

@@ -13,7 +13,7 @@ pub(super) use inside::channel_of;
 pub use pane::Pane;
 pub use request::{Development, Exposure, Request};
 
-use super::document::{PaneId, Show};
+use super::document::PaneId;
 use super::timing::History;
 use crate::camera::Camera;
 use crate::gpu::{Frame, FrameStats, Gpu, Timings, download};
@@ -25,7 +25,6 @@ use crate::view::View;
 use figures::{Judge, Purpose};
 use glam::{DVec2, UVec2};
 use pane::Milestone;
-use request::looks_inside;
 use std::collections::{BTreeMap, HashMap};
 use std::ops::Range;
 use std::sync::Arc;
@@ -307,7 +306,7 @@ impl Engine {
         self.panes.retain(|id, _| request.pane(*id).is_some());
         self.colors.retain(|id, _| request.pane(*id).is_some());
         for state in &request.panes {
-            self.panes.entry(state.id).and_modify(|pane| pane.follow(state)).or_insert_with(|| Pane::new(state));
+            self.panes.entry(state.id).or_insert_with(|| Pane::new(state)).follow(state, request.explain);
         }
         for (id, pane) in &mut self.panes {
             // What is not needed does not go on converging.
@@ -349,14 +348,14 @@ impl Engine {
         self.revisions += 1;
         let counted = pane.progress().map_or(0, |(count, _)| count);
         let first = frame.stats.passes as usize;
-        if looks_inside(&pane.state) {
+        if pane.wants_intermediates() {
             frame.keep_intermediates();
         }
         if let Err(error) = pane.record(frame, view, &request.exposure.lens, views, self.revisions) {
             pane.error = Some(error);
             pane.linear = None;
         }
-        pane.exposed = frame.take_intermediates();
+        pane.keep(frame.take_intermediates());
         let views = pane.progress().map_or(0, |(count, _)| count.saturating_sub(counted));
         Some(Part { pane: id, views, passes: first..frame.stats.passes as usize })
     }
@@ -471,17 +470,6 @@ impl Engine {
     /// device is lost.
     pub fn view(&mut self) -> Option<&mut View> {
         self.view.as_mut().filter(|_| !self.troubles.is_lost()).map(|(view, _)| view)
-    }
-
-    /// What a pane that looks inside its method shows at a point of the picture, from (0, 0)
-    /// top left to (1, 1), if those are numbers. Waits for the GPU.
-    pub fn inside_at(&self, id: PaneId, at: DVec2) -> Option<(&Reading, f32)> {
-        let pane = self.panes.get(&id).filter(|_| !self.troubles.is_lost())?;
-        let Show::Inside(inside) = &pane.state.show else { return None };
-        let (reading, (name, texture), inner) = (pane.reading()?, pane.exposed_as(inside)?, self.size()?);
-        let size = texture.level_size(reading.at.0);
-        let texel = pane.place_of(name, texture, inner, self.overscan_px()).texel(size, inner, at)?;
-        Some((reading, inside::texel(&self.gpu, texture, reading, texel)?))
     }
 
     /// A pane's picture, linear, on the CPU: read back at most once for each picture, which

@@ -2,7 +2,7 @@
 
 use super::figures::{Judged, Pair};
 use super::inside::{Reading, channel_of};
-use super::request::{Development, Exposure, Request, looks_inside};
+use super::request::{Development, Exposure, Request};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use crate::combine;
 use crate::display::Display;
@@ -28,7 +28,10 @@ pub struct Pane {
     pub(super) run: Option<Progressive>,
     /// The last picture that is worth measuring.
     pub(super) milestone: Option<Milestone>,
-    pub(super) exposed: Vec<(String, Texture)>,
+    exposed: Vec<(String, Texture)>,
+    kept: Kept,
+    wanted_kept: Kept,
+    explains: &'static [&'static str],
     shown: Option<Texture>,
     shown_for: Option<ShownFor>,
     reading: Option<Reading>,
@@ -37,6 +40,19 @@ pub struct Pane {
     pub(super) ms: Option<f64>,
     pub(super) made_at: Instant,
     pub(super) judged: Judged,
+}
+
+/// What is kept of what a method exposes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+enum Kept {
+    Nothing,
+    /// [`Method::explains`].
+    Explained,
+    Everything,
+}
+
+fn explains(method: &MethodChoice) -> &'static [&'static str] {
+    method.build().map_or(&[], |method| method.explains())
 }
 
 /// A run with its goal.
@@ -75,6 +91,9 @@ impl Pane {
             run: None,
             milestone: None,
             exposed: Vec::new(),
+            kept: Kept::Nothing,
+            wanted_kept: Kept::Nothing,
+            explains: explains(&state.method),
             shown: None,
             shown_for: None,
             reading: None,
@@ -86,16 +105,45 @@ impl Pane {
         }
     }
 
-    /// Takes over a changed state; the picture stays until there is another.
-    pub(super) fn follow(&mut self, state: &PaneState) {
-        let inside_before = looks_inside(&self.state);
-        if self.state.method != state.method || (looks_inside(state) && !inside_before) {
+    /// Takes over a changed state; the picture stays until there is another. `explain`: what
+    /// the method did at each pixel is wanted too.
+    pub(super) fn follow(&mut self, state: &PaneState, explain: bool) {
+        if self.state.method != state.method {
             self.made_for = None;
+            self.explains = explains(&state.method);
         }
-        if inside_before && !looks_inside(state) {
-            self.exposed.clear();
+        self.wanted_kept = match state.show {
+            Show::Inside(_) => Kept::Everything,
+            _ if explain && !self.explains.is_empty() => Kept::Explained,
+            _ => Kept::Nothing,
+        };
+        if self.wanted_kept > self.kept {
+            self.made_for = None;
+        } else if self.wanted_kept < self.kept {
+            let exposed = std::mem::take(&mut self.exposed);
+            self.keep(exposed);
         }
         self.state = state.clone();
+    }
+
+    /// Whether the method is to expose what is inside it.
+    pub(super) fn wants_intermediates(&self) -> bool {
+        self.wanted_kept > Kept::Nothing
+    }
+
+    /// Keeps what is wanted of what the method exposed.
+    pub(super) fn keep(&mut self, mut exposed: Vec<(String, Texture)>) {
+        match self.wanted_kept {
+            Kept::Nothing => exposed.clear(),
+            Kept::Explained => exposed.retain(|(name, _)| self.explains.contains(&name.as_str())),
+            Kept::Everything => {}
+        }
+        (self.exposed, self.kept) = (exposed, self.wanted_kept);
+    }
+
+    /// Names of the textures that tell what the method did at each pixel.
+    pub(super) fn explains(&self) -> &'static [&'static str] {
+        self.explains
     }
 
     /// Display values, once there are some.

@@ -1,6 +1,6 @@
 //! What the engine is asked for.
 
-use crate::app::document::{Document, MethodChoice, PaneId, PaneState, Show};
+use crate::app::document::{Document, MethodChoice, PaneId, PaneState};
 use crate::camera::Camera;
 use crate::combine::Channel;
 use crate::display::Display;
@@ -46,6 +46,8 @@ pub struct Request {
     pub visible: Vec<PaneId>,
     /// The one that shows the truth, if one does.
     pub reference: Option<PaneId>,
+    /// Whether methods are to tell what they did at each pixel.
+    pub explain: bool,
     /// The one that is brought up to date first, where not all can be at once.
     pub first: PaneId,
     /// Whether the person is at mouse or keys: a reference waits where a step of it takes
@@ -80,6 +82,7 @@ impl Request {
             panes,
             visible: document.visible(),
             reference,
+            explain: false,
             first,
             held: false,
         }
@@ -97,9 +100,4 @@ impl Request {
         let wanted: Vec<PaneId> = self.visible.iter().copied().chain(against).chain(self.reference).collect();
         self.panes.iter().map(|p| p.id).filter(|id| wanted.contains(id)).collect()
     }
-}
-
-/// Whether a pane wants to look inside its method.
-pub(super) fn looks_inside(pane: &PaneState) -> bool {
-    matches!(pane.show, Show::Inside(_))
 }

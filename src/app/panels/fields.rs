@@ -86,3 +86,15 @@ fn parsed(text: &str) -> Option<f64> {
     }
     text.parse().ok().filter(|v: &f64| !v.is_nan())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_shown_can_be_typed() {
+        assert_eq!(parsed(&significant(f64::INFINITY)), Some(f64::INFINITY));
+        assert_eq!(parsed(&significant(0.012345)), Some(0.0123));
+        assert_eq!(parsed("nan"), None);
+    }
+}

@@ -28,8 +28,9 @@ pub struct PaneValue {
     pub name: String,
     /// Linear scene-referred colour.
     pub color: Vec3,
-    /// What the pane shows there from inside its method: name and value with its unit.
-    pub inside: Option<(String, String)>,
+    /// What the method did there, and what the pane shows from inside it: names and values
+    /// with their units.
+    pub numbers: Vec<(String, String)>,
 }
 
 /// Everything that is known of a pixel.
@@ -152,7 +153,7 @@ fn numbers(ui: &mut Ui, inspection: &Inspection, lens: &Lens) {
 
 /// Every pane's value: linear, then as displayed.
 fn values(ui: &mut Ui, inspection: &Inspection, display: &Display) {
-    for PaneValue { name, color, inside } in &inspection.panes {
+    for PaneValue { name, color, numbers } in &inspection.panes {
         ui.add(egui::Label::new(RichText::new(name).small().weak()).truncate());
         ui.horizontal(|ui| {
             let rgb = color.to_array().map(|v| significant(f64::from(v))).join(" ");
@@ -163,13 +164,14 @@ fn values(ui: &mut Ui, inspection: &Inspection, display: &Display) {
             let encoded = RichText::new(format!("{r} {g} {b}")).monospace();
             ui.label(encoded).on_hover_text("As displayed, with exposure and tone map.");
         });
-        if let Some((name, value)) = inside {
-            ui.horizontal(|ui| {
+        ui.horizontal_wrapped(|ui| {
+            for (name, value) in numbers {
                 ui.weak(name);
-                ui.label(RichText::new(value).monospace())
-                    .on_hover_text("From inside the method, as this pane shows it.");
-            });
-        }
+                let value = ui.label(RichText::new(value).monospace());
+                value.on_hover_text("From inside the method, of this pixel.");
+                ui.add_space(6.0);
+            }
+        });
     }
 }
 

@@ -25,6 +25,10 @@ const OVERLAYS: [(&str, u32, u32, f32); 4] = [
     ("rays that hit nothing, white all", 3, 0, 1.0),
 ];
 
+/// What tells what was done where.
+pub(super) const EXPLAINS: [&str; 5] =
+    [tile_lists::SKIPPED, OVERLAYS[0].0, OVERLAYS[1].0, OVERLAYS[2].0, OVERLAYS[3].0];
+
 /// The classes of tiles as their texture has them.
 const CLASSES: [(f32, &str); 3] = [(0.0, "in focus: copied"), (0.5, "one blur"), (1.0, "traced")];
 

@@ -225,6 +225,10 @@ impl Method for Adaptive {
         (self.frames > 1).then(|| (Box::new(AdaptiveRun::new(self.clone())) as Box<dyn Converging>, self.frames))
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        &explain::EXPLAINS
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         explain::meaning(name)
     }

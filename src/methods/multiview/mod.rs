@@ -237,6 +237,10 @@ impl Method for Multiview {
         Ok(result)
     }
 
+    fn explains(&self) -> &'static [&'static str] {
+        &[EXPLAINED, tile_lists::SKIPPED]
+    }
+
     fn meaning(&self, name: &str) -> Meaning {
         let number = |name| Quantity::new(name, "", Scale::Whole);
         match name {
