@@ -132,10 +132,10 @@ fn colours(window: &Window) -> Vec<([u8; 3], [u8; 3])> {
 #[test]
 fn numbers_inside_lie_over_the_picture_as_densely_as_is_asked_for() {
     let Tiny { mut window, folder } = tiny(&["mipmap"]);
-    let picture = window.state().shown_size(PaneId(1));
     choose(&mut window, "Shown in pane 1", "Inside the method");
     choose(&mut window, "Texture in pane 1", "blur and level of each pixel");
     choose(&mut window, "Channel in pane 1", "smoothed DoB");
+    let picture = window.state().engine().size();
     assert_eq!(window.state().shown_size(PaneId(1)), picture, "at first the picture is seen under the numbers");
     let is_map = |(shown, map): &([u8; 3], [u8; 3])| shown.iter().zip(map).all(|(s, m)| s.abs_diff(*m) <= 3);
     let is_grey = |(shown, _): &([u8; 3], [u8; 3])| shown.iter().all(|s| s.abs_diff(shown[0]) <= 1);
