@@ -157,8 +157,10 @@ fn numbers_inside_lie_over_the_picture_as_densely_as_is_asked_for() {
     // The overlays that every method has take the same control.
     for show in ["Circle of confusion", "Depth"] {
         choose(&mut window, "Shown in pane 1", show);
-        type_number(&mut window, "Opacity in pane 1", "35");
+        type_number(&mut window, "Overlay opacity", "35");
         assert_eq!(document(&window).panes[0].opacity, 0.35);
+        type_number(&mut window, "Overlay opacity", "80");
+        assert_eq!(window.state().engine().stats().triangles, 0, "{show} comes from what is there");
     }
 }
 

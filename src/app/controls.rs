@@ -1,7 +1,7 @@
 //! The panel with what can be set.
 
 use super::App;
-use super::document::{Document, MethodChoice, Show};
+use super::document::{DEFAULT_OPACITY, Document, MethodChoice, Show};
 use super::panels::{
     ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
 };
@@ -175,6 +175,11 @@ impl App {
                 document.coc_scale_px = scale.clamp(0.01, 10_000.0) as f32;
             }
         }
+        let a = document.a;
+        if let Some(pane) = document.pane_mut(a).filter(|p| matches!(p.show, Show::Coc | Show::Depth | Show::Inside(_)))
+        {
+            overlay_opacity(ui, &mut pane.opacity);
+        }
         let mut navigation = usize::from(preferences.navigation == Navigation::Fly);
         let help =
             "Orbit: dragging moves around what is seen. Fly: dragging turns on the spot. W A S D Q E fly in both.";
@@ -188,6 +193,22 @@ impl App {
             widgets::fit_slider(ui);
             ui.add(egui::Slider::new(&mut document.overscan_px, 0..=96).suffix(" px"))
         });
+    }
+}
+
+/// How much the overlay of pane A hides of the picture.
+fn overlay_opacity(ui: &mut Ui, opacity: &mut f32) {
+    let field = Field {
+        name: "Overlay opacity",
+        help: "How much the overlay of pane A hides of the picture, which is grey under it; 100 % is the overlay alone.",
+        unit: " %",
+        range: 0.0..=100.0,
+        log: None,
+        reset: Some(100.0 * f64::from(DEFAULT_OPACITY)),
+    };
+    let mut percent = 100.0 * f64::from(*opacity);
+    if field.show(ui, &mut percent) {
+        *opacity = (0.01 * percent).clamp(0.0, 1.0) as f32;
     }
 }
 

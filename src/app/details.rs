@@ -72,7 +72,7 @@ pub fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, opacity: &mut f3
 }
 
 /// How much an overlay hides of the picture.
-pub fn opacity_drag(ui: &mut Ui, id: PaneId, opacity: &mut f32) {
+fn opacity_drag(ui: &mut Ui, id: PaneId, opacity: &mut f32) {
     let mut percent = (f64::from(*opacity) * 100.0).round();
     let drag = DragValue::new(&mut percent).range(0.0..=100.0).prefix("opacity ").suffix(" %").speed(1.0);
     let response = ui.add(drag).accessible_name(format!("Opacity in pane {id}"));

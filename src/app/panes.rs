@@ -1,6 +1,6 @@
 //! The panes: how they lie, and the head and foot of each.
 
-use super::details::{Exposed, difference_row, inside_row, opacity_drag};
+use super::details::{Exposed, difference_row, inside_row};
 use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::widgets::{combo, significant};
 use super::{App, actions::Action, style};
@@ -268,8 +268,7 @@ impl App {
         match &mut state.show {
             Show::Difference(difference) => difference_row(ui, id, difference, &others),
             Show::Inside(inside) => inside_row(ui, id, inside, &mut state.opacity, &exposed),
-            Show::Coc | Show::Depth => opacity_drag(ui, id, &mut state.opacity),
-            Show::Picture | Show::Zone => {}
+            _ => {}
         }
     }
 
@@ -341,7 +340,7 @@ impl App {
 }
 
 fn has_details(show: &Show) -> bool {
-    !matches!(show, Show::Picture | Show::Zone)
+    matches!(show, Show::Difference(_) | Show::Inside(_))
 }
 
 fn row_ui<R>(
