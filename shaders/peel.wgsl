@@ -5,11 +5,6 @@
 // most as far as the surface's CoC radius differs from that of what lies behind: so tiles
 // without an edge that near need no hidden layers, and are left out.
 
-#import color
-
-/// Side of a tile, px.
-const TILE_PX = 8u;
-
 struct Params {
     /// Stored depth z that the next layer lies behind this one at least.
     separation_z: f32,
@@ -29,8 +24,6 @@ struct Params {
 struct Reduction {
     /// Texels of the finer level that hold something; the rest pads it.
     finer_size: vec2u,
-    /// The array layer that is box-filtered.
-    layer: u32,
 }
 
 @group(0) @binding(0) var<uniform> params: Params;
@@ -41,38 +34,6 @@ struct Reduction {
 @group(0) @binding(5) var<uniform> reduction: Reduction;
 @group(0) @binding(6) var finer: texture_2d_array<f32>;
 @group(0) @binding(7) var coarser: texture_storage_2d_array<rgba16float, write>;
-
-/// The pinhole image, and its stored depth.
-@group(0) @binding(11) var coarse_color: texture_2d<f32>;
-@group(0) @binding(12) var coarse_depth: texture_2d<f32>;
-@group(0) @binding(13) var matched_color: texture_storage_2d<rgba16float, write>;
-
-/// Moves the colours of fine texels by what the pinhole image says otherwise at the centres
-/// of pixels, interpolated within a surface: in focus the picture is then the pinhole image,
-/// also where an adapter filters a texture that is drawn more finely in another way.
-@compute @workgroup_size(8, 8)
-fn match_pinhole(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(depth)) {
-        return;
-    }
-    let fineness = params.tile / TILE_PX;
-    let f = vec2f(id.xy % fineness) / f32(fineness);
-    let own = textureLoad(color, id.xy, 0);
-    let own_z = textureLoad(depth, id.xy, 0).r;
-    let last = textureDimensions(coarse_depth) - 1u;
-    var sum = vec4f(0.0);
-    for (var i = 0u; i < 4u; i++) {
-        let part = vec2u(i % 2u, i / 2u);
-        let w = mix(1.0 - f, f, vec2f(part));
-        let pixel = min(id.xy / fineness + part, last);
-        let same = abs(textureLoad(coarse_depth, pixel, 0).r - own_z) <= params.separation_z;
-        let fine = textureLoad(color, pixel * fineness, 0).rgb;
-        let moved = textureLoad(coarse_color, pixel, 0).rgb - fine;
-        sum += select(0.0, w.x * w.y, same) * vec4f(moved, 1.0);
-    }
-    let matched = own.rgb + sum.rgb / max(sum.a, 1e-6);
-    textureStore(matched_color, id.xy, vec4f(clamp(matched, vec3f(0.0), vec3f(MAX_F16)), own.a));
-}
 
 /// By tile: greatest stored depth in x, distance in tiles to the nearest edge in y.
 @group(0) @binding(8) var<storage, read_write> edges: array<vec2f>;
@@ -158,7 +119,7 @@ fn reduce_layer(@builtin(global_invocation_id) id: vec3u) {
     }
     var sum = vec4f(0.0);
     for (var i = 0u; i < 4u; i++) {
-        sum += textureLoad(finer, min(2u * id.xy + vec2u(i % 2u, i / 2u), reduction.finer_size - 1u), reduction.layer, 0);
+        sum += textureLoad(finer, min(2u * id.xy + vec2u(i % 2u, i / 2u), reduction.finer_size - 1u), 0, 0);
     }
-    textureStore(coarser, id.xy, reduction.layer, 0.25 * sum);
+    textureStore(coarser, id.xy, 0, 0.25 * sum);
 }

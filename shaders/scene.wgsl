@@ -17,8 +17,9 @@ struct View {
     /// Fragments whose stored depth z lies outside [z_far, z_near] are not in the layer.
     z_near: f32,
     z_far: f32,
-    /// Added to the mipmap level of textures: positive where a pixel is drawn finely.
-    lod_bias: f32,
+    /// Texels of `below` a pixel on each side, and which of them counts.
+    below_texels: u32,
+    below_part: vec2u,
 }
 
 struct Material {
@@ -39,8 +40,6 @@ struct Material {
 override TEXTURES: u32 = 15u;
 /// Whether surfaces show their base colour, whatever the light.
 override UNLIT: bool = false;
-/// Whether `view.lod_bias` counts.
-override BIASED: bool = true;
 
 const BASE_COLOR = 0u;
 const METALLIC_ROUGHNESS = 1u;
@@ -122,8 +121,7 @@ fn has(slot: u32) -> bool {
 /// one any texture is its mean, which is its last level.
 const WIDEST_FOOTPRINT = 16.0;
 
-/// A texture at the level that a pixel needs. Software Vulkan finds that level a little
-/// differently if there is a bias, so a bias of 0 is none.
+/// A texture at the level that a pixel needs.
 ///
 /// Beside a steep triangle that reaches the near plane, the coordinates of a quad's outer
 /// pixels may be infinite, and so is then the loop of an anisotropic filter in software.
@@ -132,13 +130,8 @@ fn sample(image: texture_2d<f32>, filtering: sampler, uv: vec2f) -> vec4f {
     let footprint = fwidthCoarse(uv);
     let filtered = all(footprint < vec2f(WIDEST_FOOTPRINT));
     let safe = select(vec2f(0.5), uv, filtered);
-    var color: vec4f;
-    if BIASED {
-        color = textureSampleBias(image, filtering, safe, view.lod_bias);
-    } else {
-        color = textureSample(image, filtering, safe);
-    }
-    return select(textureLoad(image, vec2i(0), textureNumLevels(image) - 1), color, filtered);
+    let mean = textureLoad(image, vec2i(0), textureNumLevels(image) - 1);
+    return select(mean, textureSample(image, filtering, safe), filtered);
 }
 
 fn base_color(in: Surface) -> vec4f {
@@ -197,10 +190,15 @@ fn layer(color: vec3f, z: f32) -> Layer {
     return Layer(vec4f(clamp(color, vec3f(0.0), vec3f(MAX_F16)), 1.0), z);
 }
 
+/// What the layer lies below at a pixel: a stored depth.
+fn limit_at(pixel: vec4f) -> f32 {
+    let texel = view.below_texels * vec2u(pixel.xy) + view.below_part;
+    return textureLoad(below, min(texel, textureDimensions(below) - 1u), 0).r;
+}
+
 /// Whether a fragment at this pixel and stored depth belongs to the layer.
 fn in_layer(pixel: vec4f) -> bool {
-    let at = min(vec2u(pixel.xy), textureDimensions(below) - 1u);
-    return pixel.z >= view.z_far && pixel.z <= view.z_near && pixel.z < textureLoad(below, at, 0).r;
+    return pixel.z >= view.z_far && pixel.z <= view.z_near && pixel.z < limit_at(pixel);
 }
 
 /// Opaque surfaces of the nearest layer: no fragment is dropped.
@@ -313,8 +311,7 @@ fn vs_closed(@builtin(vertex_index) index: u32) -> @builtin(position) vec4f {
 
 @fragment
 fn fs_closed(@builtin(position) pixel: vec4f) {
-    let at = min(vec2u(pixel.xy), textureDimensions(below) - 1u);
-    if textureLoad(below, at, 0).r > 0.0 {
+    if limit_at(pixel) > 0.0 {
         discard;
     }
 }

@@ -7,6 +7,7 @@
 // Bins are equally wide in t = sign(s) sqrt(|s|): 64 of them resolve a tenth of a pixel
 // near the focus and a pixel where blur is tens of pixels wide.
 
+#import lens
 #import tile_lists
 
 struct Adaptive {
@@ -46,15 +47,23 @@ struct Adaptive {
     /// Off-centre views, 0 or 4, and how far from the lens's centre each lies on both axes.
     views: u32,
     view_distance: f32,
+    lens: Lens,
+    /// Samples of the first layer a pixel on each side.
+    samples_a_side: u32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;
 
-/// The position in the layers, texels, of the position `at` in the outer frame, px: texel
-/// `fineness * i` has its centre at that of pixel i.
-fn texels_of(adaptive: Adaptive, at: vec2f) -> vec2f {
-    let k = f32(adaptive.fineness);
+/// The position, texels, in an image of `a_side` texels a pixel of the position `at` in the
+/// outer frame, px: texel `a_side * i` has its centre at that of pixel i.
+fn texels_of(a_side: u32, at: vec2f) -> vec2f {
+    let k = f32(a_side);
     return k * at - 0.5 * (k - 1.0);
+}
+
+/// s of a surface at stored depth z, within the bins.
+fn s_of_depth(adaptive: Adaptive, z: f32) -> f32 {
+    return clamp(0.5 * coc_diameter_px(adaptive.lens, z), adaptive.nearest_s, adaptive.farthest_s);
 }
 
 const BINS = 64u;

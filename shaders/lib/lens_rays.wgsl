@@ -5,15 +5,21 @@
 //     |_/_/__ x    whose s the texel under it holds
 //     |/ /
 
+// Near focus a silhouette is sharp, and what matters is where it lies within a pixel: there
+// rays ask the samples of the first layer, elsewhere the layers' texels with their means.
+
 #import emitters
 #import layers
 #import sampling
 
 /// s of up to four layers, nearest first.
 @group(2) @binding(0) var radii: texture_2d<f32>;
-/// The layers, and behind them the mean of the first.
+/// The layers, the first as the mean of its samples.
 @group(2) @binding(1) var colors: texture_2d_array<f32>;
 @group(2) @binding(2) var linear_clamp: sampler;
+/// The samples of the first layer: radiance, stored depth.
+@group(2) @binding(5) var sample_colors: texture_2d<f32>;
+@group(2) @binding(6) var sample_depths: texture_2d<f32>;
 
 /// How far, px of s, a surface may be from a ray's step to be hit: cracks open at 0, edges
 /// thicken from 1 on.
@@ -21,7 +27,21 @@ const TOLERANCE_S = 0.25;
 
 /// The texel of the layers at a position, px.
 fn texel_at(position: vec2f) -> vec2i {
-    return clamp_to_image(vec2i(floor(texels_of(adaptive, position))), textureDimensions(radii));
+    return clamp_to_image(vec2i(floor(texels_of(adaptive.fineness, position))), textureDimensions(radii));
+}
+
+/// The sample at a position, px.
+fn sample_at(position: vec2f) -> vec2i {
+    return clamp_to_image(vec2i(floor(texels_of(adaptive.samples_a_side, position))), textureDimensions(sample_depths));
+}
+
+fn sample_s(texel: vec2i) -> f32 {
+    return s_of_depth(adaptive, textureLoad(sample_depths, texel, 0).r);
+}
+
+/// What the pinhole sees at the centre of a pixel.
+fn pinhole_color(p: vec2f) -> vec3f {
+    return textureLoad(sample_colors, sample_at(p), 0).rgb;
 }
 
 fn radii_at(position: vec2f) -> vec4f {
@@ -52,7 +72,7 @@ fn find_runs(mask: vec2u) {
 }
 
 struct Hit {
-    /// Layer, or -1 for none.
+    /// Layer, NO_HIT for none, or SAMPLE for a sample of the first.
     layer: i32,
     s: f32,
     /// Where the ray meets it, px of the outer frame.
@@ -60,6 +80,9 @@ struct Hit {
     /// Texels of radii that were read.
     reads: u32,
 }
+
+const NO_HIT = -1;
+const SAMPLE = 4;
 
 fn first_within(s: vec4f, low: f32, high: f32) -> i32 {
     for (var k = 0; k < 4; k++) {
@@ -77,14 +100,22 @@ fn nearest_to(s: vec4f, wanted: f32) -> i32 {
     return select(first, second, min(d.z, d.w) < min(d.x, d.y));
 }
 
-/// |s|, px, up to which silhouettes are sharp enough to need a step for each texel.
-const FINE_UP_TO_S = 2.5;
+/// |s|, px, up to which silhouettes are sharp enough to need a step for each sample.
+const FINE_UP_TO_S = 1.5;
+
+/// Whether samples are asked, by a ray at `s` that moves on.
+fn is_fine(s: f32) -> bool {
+    return s >= -FINE_UP_TO_S && s < FINE_UP_TO_S;
+}
 
 /// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
 fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
-    let fine = adaptive.fineness > 1u && abs(start) < FINE_UP_TO_S;
-    let px = select(2.0, 1.0 / f32(adaptive.fineness), fine);
-    let limit = select(end, min(end, -FINE_UP_TO_S), start < -FINE_UP_TO_S);
+    let fine = is_fine(start);
+    let px = select(2.0, 1.0 / f32(adaptive.samples_a_side), fine && adaptive.samples_a_side > 1u);
+    var limit = end;
+    if start < FINE_UP_TO_S {
+        limit = min(end, select(-FINE_UP_TO_S, FINE_UP_TO_S, fine));
+    }
     return min(px / max(length(v), 1e-3), limit - start);
 }
 
@@ -96,24 +127,69 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
         var width = 0.0;
         for (var start = runs[r].x; start < end; start += width) {
             width = step_from(start, end, v);
-            let at = p - v * (start + 0.5 * width);
-            let s = radii_at(at);
-            reads += 1u;
-            let k = first_within(s, start - TOLERANCE_S, start + width + TOLERANCE_S);
-            if k < 0 {
-                continue;
+            var hit = Hit(NO_HIT, 0.0, p, 0u);
+            if is_fine(start) {
+                hit = step_through_samples(p, v, start, width);
+            } else {
+                hit = step_through_layers(p, v, start, width);
             }
-            // Where the ray meets the surface that this texel holds, there may be another.
-            let refined = p - v * s[k];
-            let there = radii_at(refined);
-            let j = nearest_to(there, s[k]);
-            if abs(there[j] - s[k]) <= max(0.5, TOLERANCE_S + width) {
-                return Hit(j, there[j], p - v * there[j], reads + 1u);
+            reads += hit.reads;
+            if hit.layer != NO_HIT {
+                return Hit(hit.layer, hit.s, hit.at, reads);
             }
-            return Hit(k, s[k], at, reads + 1u);
         }
     }
-    return Hit(-1, 0.0, p, reads);
+    return Hit(NO_HIT, 0.0, p, reads);
+}
+
+/// What a ray hits between s = `start` and `width` behind it.
+fn step_through_layers(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+    let at = p - v * (start + 0.5 * width);
+    let s = radii_at(at);
+    let k = first_within(s, start - TOLERANCE_S, start + width + TOLERANCE_S);
+    if k < 0 {
+        return Hit(NO_HIT, 0.0, at, 1u);
+    }
+    // Where the ray meets the surface that this texel holds, there may be another.
+    let there = radii_at(p - v * s[k]);
+    let j = nearest_to(there, s[k]);
+    if is_met(there[j], s[k], width) {
+        return Hit(j, there[j], p - v * there[j], 2u);
+    }
+    return Hit(k, s[k], at, 2u);
+}
+
+/// The same near focus. Layers are asked for what the sample hides.
+fn step_through_samples(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+    let low = start - TOLERANCE_S;
+    let high = start + width + TOLERANCE_S;
+    let at = p - v * (start + 0.5 * width);
+    let s = sample_s(sample_at(at));
+    if s >= low && s <= high {
+        let there = sample_s(sample_at(p - v * s));
+        if is_met(there, s, width) {
+            return Hit(SAMPLE, there, p - v * there, 2u);
+        }
+        return Hit(SAMPLE, s, at, 2u);
+    }
+    if s > high {
+        return Hit(NO_HIT, 0.0, at, 1u);
+    }
+    let hidden = radii_at(at);
+    let k = first_within(hidden, max(low, s + MERGED_S), high);
+    if k < 0 {
+        return Hit(NO_HIT, 0.0, at, 2u);
+    }
+    return Hit(k, hidden[k], at, 2u);
+}
+
+/// Difference of s, px, within which a texel of the first layer may be the surface that a
+/// sample shows.
+const MERGED_S = 0.5;
+
+/// Whether what lies where a ray meets s = `expected` is what the ray was to meet there.
+fn is_met(s: f32, expected: f32, width: f32) -> bool {
+    return abs(s - expected) <= max(0.5, TOLERANCE_S + width);
 }
 
 // ---- colour ----
@@ -151,10 +227,6 @@ fn shrink(s: f32, read_blur: f32) -> f32 {
 /// Four times the variance, texel^2, of a bilinear read at arbitrary phases.
 const BILINEAR_BLUR = 0.667;
 
-/// |s|, px, from which the first layer shows its mean over more samples, from which all
-/// that emitters bring is left out. Nearer to focus a sample is where its texel says.
-const MEAN_FROM_S = 2.5;
-
 /// Difference of s, px, between texels of one surface and another near focus.
 const EDGE_S = 0.05;
 
@@ -162,58 +234,108 @@ const EDGE_S = 0.05;
 /// there rays spread over several texels and resolve the edge themselves.
 const SPREAD_FROM_S = 0.3;
 
-/// Whether the ray through lens point v shows the mean of a texel, 1/fineness px wide, or one
-/// sample. In focus the image is made of samples; the wider the lens's blur, the more rays
-/// show the mean, until the mean blurs as much as the lens: a thin bar fades in.
+/// Whether the ray through lens point v shows the samples around it interpolated, or one.
+/// In focus the image is made of samples; the wider the lens's blur, the more rays show the
+/// mean, until that blurs as much as the lens: a thin bar fades in.
 fn shows_mean(s: f32, v: vec2f) -> bool {
-    let share = min(s * s * adaptive.lens_variance / texel_blur(), 1.0) * clamp(2.0 - abs(s) / SPREAD_FROM_S, 0.0, 1.0);
+    let share = min(s * s * adaptive.lens_variance / sample_blur(), 1.0) * clamp(2.0 - abs(s) / SPREAD_FROM_S, 0.0, 1.0);
     // Any number that differs from ray to ray will do.
     return fract(43.7585 * dot(v, vec2f(12.9898, 78.233))) < share;
 }
 
-/// Four times the variance, px^2 per axis, of the mean over a texel.
-fn texel_blur() -> f32 {
-    return 1.0 / f32(3u * adaptive.fineness * adaptive.fineness);
+/// Four times the variance, px^2 per axis, of a bilinear read of samples.
+fn sample_blur() -> f32 {
+    return BILINEAR_BLUR / f32(adaptive.samples_a_side * adaptive.samples_a_side);
 }
 
 /// Colour of a hit. `limited`: without what emitters bring.
 fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
+    if hit.layer == SAMPLE {
+        return color_of_samples(hit, p, v, limited);
+    }
     let size = vec2f(textureDimensions(radii));
     let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);
-    let ray = texels_of(adaptive, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let ray = texels_of(adaptive.fineness, p - v * (hit.s * shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
     let b = bilinear(at);
-    let is_mean = hit.layer == 0 && abs(hit.s) >= MEAN_FROM_S;
-    let image = select(hit.layer, i32(adaptive.layers), is_mean);
+    // What lights bring is left out of the first layer's mean.
+    let with_lights = limited && hit.layer > 0;
     var same = true;
     var s: vec4f;
     for (var i = 0; i < 4; i++) {
         s[i] = textureLoad(radii, corner_of(b, i), 0)[hit.layer];
-        same = same && abs(s[i] - hit.s) <= 0.25 + 0.08 * abs(hit.s);
-    }
-    let at_edge = any(abs(s - hit.s) > vec4f(EDGE_S));
-    if at_edge && hit.layer == 0 && !limited && shows_mean(hit.s, v) {
-        return textureLoad(colors, texel_at(hit.at), i32(adaptive.layers), 0).rgb;
+        same = same && is_same(s[i], hit.s);
     }
     if !same {
-        return limited_color(texel_at(hit.at), image, hit.s, limited && !is_mean);
+        let texel = texel_at(hit.at);
+        return without_lights(textureLoad(colors, texel, hit.layer, 0).rgb, hit.s, with_lights);
     }
-    if is_mean || !limited {
-        return textureSampleLevel(colors, linear_clamp, at / vec2f(textureDimensions(colors)), image, 0.0).rgb;
+    if !with_lights {
+        return textureSampleLevel(colors, linear_clamp, at / vec2f(textureDimensions(colors)), hit.layer, 0.0).rgb;
     }
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {
-        let w = mix(1.0 - b.weight, b.weight, vec2f(vec2i(i & 1, i >> 1)));
-        sum += w.x * w.y * limited_color(corner_of(b, i), image, s[i], true);
+        let color = textureLoad(colors, corner_of(b, i), hit.layer, 0).rgb;
+        sum += corner_weight(b, i) * without_lights(color, s[i], true);
     }
     return sum;
+}
+
+/// Colour of a sample that was hit.
+fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
+    let ray = p - v * (hit.s * shrink(hit.s, sample_blur()));
+    let b = bilinear(texels_of(adaptive.samples_a_side, ray));
+    var same = true;
+    var at_edge = false;
+    for (var i = 0; i < 4; i++) {
+        let s = sample_s(sample_corner(b, i));
+        same = same && is_same(s, hit.s);
+        at_edge = at_edge || abs(s - hit.s) > EDGE_S;
+    }
+    if at_edge && shows_mean(hit.s, v) {
+        return interpolated(hit.at, limited);
+    }
+    if same {
+        return interpolated(ray, limited);
+    }
+    return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+}
+
+/// The samples around a position, px, of whatever surfaces.
+fn interpolated(position: vec2f, limited: bool) -> vec3f {
+    let size = vec2f(textureDimensions(sample_colors));
+    let at = clamp(texels_of(adaptive.samples_a_side, position), vec2f(0.5), size - 0.5);
+    if !limited {
+        return textureSampleLevel(sample_colors, linear_clamp, at / size, 0.0).rgb;
+    }
+    let b = bilinear(at);
+    var sum = vec3f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let texel = sample_corner(b, i);
+        let color = textureLoad(sample_colors, texel, 0).rgb;
+        sum += corner_weight(b, i) * without_lights(color, sample_s(texel), true);
+    }
+    return sum;
+}
+
+fn sample_corner(b: Bilinear, i: i32) -> vec2i {
+    return clamp_to_image(b.corner + vec2i(i & 1, i >> 1), textureDimensions(sample_depths));
+}
+
+/// Whether both are s of one surface.
+fn is_same(s: f32, other: f32) -> bool {
+    return abs(s - other) <= 0.25 + 0.08 * abs(other);
 }
 
 fn corner_of(b: Bilinear, i: i32) -> vec2i {
     return clamp_to_image(b.corner + vec2i(i & 1, i >> 1), textureDimensions(radii));
 }
 
-fn limited_color(texel: vec2i, image: i32, s: f32, limited: bool) -> vec3f {
-    let color = textureLoad(colors, texel, image, 0).rgb;
+fn corner_weight(b: Bilinear, i: i32) -> f32 {
+    let w = mix(1.0 - b.weight, b.weight, vec2f(vec2i(i & 1, i >> 1)));
+    return w.x * w.y;
+}
+
+fn without_lights(color: vec3f, s: f32, limited: bool) -> vec3f {
     return select(color, color - emitted_share(s) * over_limit(color), limited);
 }

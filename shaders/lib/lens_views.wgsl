@@ -40,20 +40,20 @@ fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
             width = step_from(start, end, from_view);
             let texel = view_texel(p - from_view * (start + 0.5 * width));
             if texel.x < 0 {
-                return Hit(-1, 0.0, p, reads);
+                return Hit(NO_HIT, 0.0, p, reads);
             }
             let s = textureLoad(view_radii, texel, 0)[i];
             reads += 1u;
             if s < start - TOLERANCE_S {
                 // Behind what the view sees.
-                return Hit(-1, s, p, reads);
+                return Hit(NO_HIT, s, p, reads);
             }
             if s <= start + width + TOLERANCE_S {
                 return Hit(0, s, vec2f(texel) + 0.5, reads);
             }
         }
     }
-    return Hit(-1, 0.0, p, reads);
+    return Hit(NO_HIT, 0.0, p, reads);
 }
 
 /// Colour of a hit in view i. `limited`: without what emitters bring.

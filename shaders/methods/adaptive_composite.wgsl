@@ -5,8 +5,8 @@
 #import layers
 #import listed_tiles
 
-/// The pinhole image in the first array layer.
-@group(0) @binding(1) var colors: texture_2d_array<f32>;
+/// The samples of the first layer.
+@group(0) @binding(1) var sample_colors: texture_2d<f32>;
 @group(0) @binding(2) var buckets: texture_2d_array<f32>;
 @group(0) @binding(3) var glow: texture_2d<f32>;
 @group(0) @binding(4) var result: texture_storage_2d<COLOR_FORMAT, write>;
@@ -14,7 +14,7 @@
 
 /// What the pinhole sees at the centre of a pixel of the inner frame.
 fn pinhole_color(pixel: vec2u) -> vec3f {
-    return textureLoad(colors, (pixel + adaptive.overscan) * adaptive.fineness, 0, 0).rgb;
+    return textureLoad(sample_colors, (pixel + adaptive.overscan) * adaptive.samples_a_side, 0).rgb;
 }
 
 /// Side of a tile with the two pixels around it that the widest filter reads.

@@ -8,9 +8,7 @@
 
 #import emitters
 #import layers
-#import lens
 
-@group(0) @binding(1) var<uniform> lens: Lens;
 @group(0) @binding(2) var<uniform> highlights: Highlights;
 /// Of the first layer, by pixel of the outer frame.
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
@@ -63,8 +61,7 @@ fn find_emitters(
 
 /// CoC radius of a light, px.
 fn s_of(light: Light) -> f32 {
-    let s = 0.5 * coc_diameter_px(lens, light.z / light.weight);
-    return clamp(s, adaptive.nearest_s, adaptive.farthest_s);
+    return s_of_depth(adaptive, light.z / light.weight);
 }
 
 /// What a hidden layer has over the limit in a pixel.

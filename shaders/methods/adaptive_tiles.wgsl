@@ -5,10 +5,8 @@
 //   dilate_rows     bins of the tiles to the left and right whose blur reaches here
 //   classify_tiles  the same up and down, the umbra cull, the class, the lists
 
-#import lens
 #import layers
 
-@group(0) @binding(1) var<uniform> lens: Lens;
 @group(0) @binding(2) var depth: texture_2d_array<f32>;
 @group(0) @binding(3) var radii: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(4) var<storage, read_write> marked: array<Tile>;
@@ -35,7 +33,7 @@ fn mark_texel(at: vec2u, marked: Tile) -> Tile {
         if z < 0.0 {
             break;
         }
-        s[k] = clamp(0.5 * coc_diameter_px(lens, z), adaptive.nearest_s, adaptive.farthest_s);
+        s[k] = s_of_depth(adaptive, z);
         let bin = bin_of(adaptive, s[k]);
         tile.low |= select(0u, 1u << (bin & 31u), bin < 32u);
         tile.high |= select(0u, 1u << (bin & 31u), bin >= 32u);
@@ -52,7 +50,7 @@ fn mark_texel(at: vec2u, marked: Tile) -> Tile {
 /// The bin of one layer at a texel; BINS for none.
 fn bin_at(at: vec2u, layer: u32) -> u32 {
     let z = textureLoad(depth, at, layer, 0).r;
-    return select(bin_of(adaptive, 0.5 * coc_diameter_px(lens, z)), BINS, z < 0.0);
+    return select(bin_of(adaptive, s_of_depth(adaptive, z)), BINS, z < 0.0);
 }
 
 /// The bin of what lies behind a texel that is itself in front of others in the tile; 0 for

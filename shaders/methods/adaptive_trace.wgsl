@@ -15,9 +15,9 @@
 
 const PI = 3.14159265;
 
-/// What the pinhole sees there.
-fn pinhole_color(p: vec2f) -> vec3f {
-    return textureLoad(colors, texel_at(p), 0, 0).rgb;
+/// The layer that was hit, 0 the nearest.
+fn layer_number(hit: Hit) -> f32 {
+    return select(f32(hit.layer), 0.0, hit.layer == SAMPLE);
 }
 
 var<private> sums: array<vec4f, BUCKETS>;
@@ -67,7 +67,7 @@ fn trace_complex(
         if hit.layer >= 0 {
             sums[bucket_of(hit.s)] += vec4f(color_of(hit, p, v, emitter_count > 0u), 1.0);
             hits += 1.0;
-            layers_hit += f32(hit.layer);
+            layers_hit += layer_number(hit);
             reads += 1u;
         }
     }
@@ -91,17 +91,17 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let spacing = 0.35 * abs(hit.s) * sqrt(adaptive.lens_variance * PI / f32(adaptive.points));
     let footprint = k * spacing;
     // Mipmaps are of the first layer's mean, and hold what is around the surface too.
-    if footprint <= 1.0 || hit.layer != 0 || abs(hit.s) < MEAN_FROM_S || !surrounded(hit, spacing) {
+    if footprint <= 1.0 || hit.layer != 0 || !surrounded(hit, spacing) {
         return color_of(hit, p, v, false);
     }
     // A box of `footprint` texels, read bilinearly.
     let read_blur = (footprint * footprint - 0.333) / (k * k);
-    let at = texels_of(adaptive, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let at = texels_of(adaptive.fineness, p - v * (hit.s * shrink(hit.s, read_blur)));
     let level = log2(footprint);
     let margin = 0.5 * exp2(ceil(level));
     let size = vec2f(textureDimensions(radii));
     let inside = clamp(at, vec2f(margin), max(size - margin, vec2f(margin)));
-    return textureSampleLevel(colors, linear_clamp, inside / vec2f(textureDimensions(colors)), i32(adaptive.layers), level).rgb;
+    return textureSampleLevel(colors, linear_clamp, inside / vec2f(textureDimensions(colors)), 0, level).rgb;
 }
 
 /// Whether the first layer is the surface that was hit up to `distance` px around.
@@ -112,6 +112,26 @@ fn surrounded(hit: Hit, distance: f32) -> bool {
         same = same && abs(radii_at(hit.at + distance * offset).x - hit.s) <= 0.25 + 0.08 * abs(hit.s);
     }
     return same;
+}
+
+/// What a ray hits where all surfaces have about the s of its pixel, `own`.
+fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
+    // What lies in front by more than surfaces in one tile of this class do is in focus
+    // and does not reach here.
+    let nearest = own - 1.0 - 0.5 * abs(own);
+    let at = p - v * own;
+    if is_fine(own) {
+        let s = sample_s(sample_at(at));
+        if s >= nearest {
+            return Hit(SAMPLE, s, p - v * s, 1u);
+        }
+    }
+    let there = radii_at(at);
+    let k = first_within(there, nearest, 0.5 * EMPTY_S);
+    if k < 0 {
+        return Hit(NO_HIT, 0.0, at, 1u);
+    }
+    return Hit(k, there[k], p - v * there[k], 1u);
 }
 
 /// Surfaces of about one CoC, in front of which only what is in focus may lie: no march.
@@ -131,15 +151,11 @@ fn trace_uniform(
     var layers_hit = 0.0;
     for (var i = 0u; i < adaptive.points; i++) {
         let v = lens_points[index * adaptive.points + i];
-        // What lies in front by more than surfaces in one tile of this class do is in focus
-        // and does not reach here.
-        let there = radii_at(p - v * own);
-        let k = first_within(there, own - 1.0 - 0.5 * abs(own), 0.5 * EMPTY_S);
-        if k >= 0 {
-            let s = there[k];
-            sums[bucket_of(s)] += vec4f(smooth_color_of(Hit(k, s, p - v * s, 1u), p, v), 1.0);
+        let hit = meet(p, v, own);
+        if hit.layer >= 0 {
+            sums[bucket_of(hit.s)] += vec4f(smooth_color_of(hit, p, v), 1.0);
             hits += 1.0;
-            layers_hit += f32(k);
+            layers_hit += layer_number(hit);
         }
     }
     let missed = f32(adaptive.points) - hits;

@@ -5,6 +5,7 @@
 //! pinhole image. An image with a depth map is a view too: it answers [`View::pinhole`]
 //! and says clearly that it cannot answer the rest.
 
+mod fine;
 mod import;
 mod peel;
 mod pipelines;
@@ -356,7 +357,7 @@ impl View {
 
     fn pinhole_shot<'a>(&'a self, query: LayerQuery<'a>) -> Shot<'a> {
         let clip_from_view = self.projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
-        Shot { projection: &self.projection, clip_from_view, shading_eye_m: DVec2::ZERO, lod_bias: 0.0, query }
+        Shot::new(&self.projection, clip_from_view, DVec2::ZERO, query)
     }
 
     /// Whether [`View::layer`] may find anything between these depths: `false` only where it
@@ -385,8 +386,7 @@ impl View {
         let eye_m = projection.eye_on_lens_m(lens, v);
         // Shading is in the pinhole's view space: only the eye in it moves.
         let shading_eye_m = if view_dependent { eye_m } else { DVec2::ZERO };
-        let shot =
-            Shot { projection: &projection, clip_from_view, shading_eye_m, lod_bias: 0.0, query: LayerQuery::NEAREST };
+        let shot = Shot::new(&projection, clip_from_view, shading_eye_m, LayerQuery::NEAREST);
         Ok(source.draw(frame, "lens view", &shot))
     }
 

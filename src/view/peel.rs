@@ -1,7 +1,8 @@
 //! Layers of surfaces, peeled front to back as the pinhole sees them.
 
-use super::samples::{Lights, MAX_DRAWS, Samples, fine_clip_from_view, fine_shot};
-use super::{Layer, LayerQuery, Source, View, ViewError, check_size};
+use super::fine::FineQuery;
+use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
+use super::{Layer, LayerQuery, View, ViewError};
 use crate::gpu::{Frame, Texture, TextureKey};
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
@@ -14,17 +15,22 @@ pub const PEELED_LEVELS: u32 = 5;
 /// Surfaces behind one another, nearest first, as texture arrays.
 #[derive(Clone, Debug)]
 pub struct Peeled {
-    /// RGBA16F array: linear radiance, and behind the layers the first one's mean over more
-    /// samples, with [`PEELED_LEVELS`] box-filtered levels. The size is the outer one in fine
-    /// texels, padded to whole texels of the coarsest level.
+    /// RGBA16F array: linear radiance, of the first layer the mean over its samples with
+    /// [`PEELED_LEVELS`] box-filtered levels. The size is the outer one in fine texels,
+    /// padded to whole texels of the coarsest level.
     pub color: Texture,
     /// R32F array of the outer size in fine texels: stored depth z = near / d, -1 where a layer is empty.
     pub depth: Texture,
     /// Number of layers; the arrays may have more.
     pub layers: u32,
     /// Fine texels a pixel on each side. Texel `fineness * i` is the sample at the centre
-    /// of pixel i: the pinhole image's own.
+    /// of pixel i.
     pub fineness: u32,
+    /// The samples of the first layer; of a size that is a multiple of the outer one. Texel
+    /// `samples_a_side * i` is pixel i of the pinhole image.
+    pub samples: Layer,
+    /// Samples a pixel on each side.
+    pub samples_a_side: u32,
     /// What is far brighter than white in the first layer; left out of its mean.
     pub lights: Option<Lights>,
     order: PeelOrder,
@@ -83,8 +89,6 @@ impl PeelParams {
 uniform! {
     struct ReduceParams {
         finer_size: [u32; 2],
-        layer: u32,
-        _pad: u32,
     }
 }
 
@@ -94,7 +98,10 @@ impl View {
     pub fn peeled(&mut self, frame: &mut Frame<'_>, order: &PeelOrder) -> Result<Peeled, ViewError> {
         let order = if self.is_scene() {
             let (count, fineness) = (order.count.max(1), order.fineness.max(1));
-            PeelOrder { count, fineness, draws: order.draws.clamp(1, MAX_DRAWS), ..*order }
+            // As many samples as an adapter's textures hold.
+            let most = frame.gpu().device().limits().max_texture_dimension_2d;
+            let fitting = most / (fineness * self.projection.outer_size().max_element());
+            PeelOrder { count, fineness, draws: order.draws.min(fitting).clamp(1, MAX_DRAWS), ..*order }
         } else {
             PeelOrder { count: 1, fineness: 1, draws: 1, ..*order }
         };
@@ -103,23 +110,20 @@ impl View {
             return Ok(peeled.clone());
         }
         let PeelOrder { count, fineness, draws, separation_z } = order;
-        let mut nearer = self.fine_layer(frame, "fine layer", fineness, LayerQuery::NEAREST)?;
+        let first = FineQuery { fineness, shift_px: DVec2::ZERO, surfaces: LayerQuery::NEAREST };
+        let mut nearer = self.fine_layer(frame, "fine layer", &first)?;
         let samples = Samples { fineness, draws, same_z: separation_z };
         let outer = nearer.color.size();
         let params = PeelParams::new(outer, fineness, separation_z);
-        let drawn = nearer.clone();
-        if fineness > 1 {
-            nearer.color = self.matched(frame, &nearer, &params);
-        }
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
         let (half, float) = (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float);
         let gpu = frame.gpu();
-        let key = TextureKey { size: padded, levels: PEELED_LEVELS, layers: count + 1, format: half };
-        let color = gpu.texture_of("layer colours", key);
         // A shader's array needs two layers to be one.
+        let key = TextureKey { size: padded, levels: PEELED_LEVELS, layers: count.max(2), format: half };
+        let color = gpu.texture_of("layer colours", key);
         let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
         let depth = gpu.texture_of("layer depths", key);
-        let (averaged, lights) = self.sampled(frame, &drawn, &samples);
+        let Sampled { mean, samples: all_samples, lights } = self.sampled(frame, &nearer, &samples)?;
         let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
             let marked = frame.texture("marked depth", outer, float);
@@ -133,52 +137,19 @@ impl View {
                 .texture("below", &below)
                 .buffer("needed", &needed)
                 .dispatch(outer);
-            copy_to_array_layer(frame, &nearer.color, &color, index);
+            copy_to_array_layer(frame, if index == 0 { &mean } else { &nearer.color }, &color, index);
             copy_to_array_layer(frame, &marked, &depth, index);
             if index + 1 < count {
-                let query = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
-                nearer = self.fine_layer(frame, &format!("peel {}", index + 1), fineness, query)?;
+                let surfaces = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
+                nearer = self.fine_layer(frame, &format!("peel {}", index + 1), &FineQuery { surfaces, ..first })?;
             }
         }
-        copy_to_array_layer(frame, &averaged, &color, count);
-        reduce(frame, &color, outer, count);
-        let peeled = Peeled { color, depth, layers: count, fineness, lights, order };
+        reduce(frame, &color, outer);
+        let samples_a_side = fineness * draws;
+        let peeled =
+            Peeled { color, depth, layers: count, fineness, samples: all_samples, samples_a_side, lights, order };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
-    }
-
-    /// The colours of the first fine layer, at pixel centres those of the pinhole image.
-    fn matched(&mut self, frame: &mut Frame<'_>, fine: &Layer, params: &PeelParams) -> Texture {
-        let pinhole = self.pinhole(frame);
-        let matched = frame.texture("matched texels", fine.color.size(), fine.color.format());
-        frame
-            .pass(&SHADER, "match_pinhole")
-            .uniform("params", params)
-            .texture("color", &fine.color)
-            .texture("depth", &fine.depth)
-            .texture("coarse_color", &pinhole.color)
-            .texture("coarse_depth", &pinhole.depth)
-            .texture("matched_color", &matched)
-            .dispatch(matched.size());
-        matched
-    }
-
-    fn fine_layer(
-        &mut self,
-        frame: &mut Frame<'_>,
-        label: &str,
-        fineness: u32,
-        query: LayerQuery<'_>,
-    ) -> Result<Layer, ViewError> {
-        let source = match &self.source {
-            Source::Scene(source) if fineness > 1 => source,
-            _ if query.is_nearest() => return Ok(self.pinhole(frame)),
-            _ => return self.layer(frame, label, query),
-        };
-        let projection = self.projection.refined(fineness);
-        check_size(frame.gpu(), projection.size, projection.overscan_px)?;
-        let clip_from_view = fine_clip_from_view(&projection, fineness, DVec2::ZERO);
-        Ok(source.draw(frame, label, &fine_shot(&projection, clip_from_view, fineness, query)))
     }
 }
 
@@ -221,14 +192,14 @@ pub(crate) fn copy_to_array_layer(frame: &mut Frame<'_>, from: &Texture, to: &Te
     frame.encoder().copy_texture_to_texture(from.raw().as_image_copy(), target, size);
 }
 
-/// Box-filters one layer, level by level.
-fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2, layer: u32) {
+/// Box-filters the first layer, level by level.
+fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2) {
     let mut finer_size = outer;
     for level in 1..color.levels() {
         let size = finer_size.map(|side| side.div_ceil(2));
         frame
             .pass(&SHADER, "reduce_layer")
-            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array(), layer, ..Default::default() })
+            .uniform("reduction", &ReduceParams { finer_size: finer_size.to_array() })
             .level("finer", color, level - 1)
             .level("coarser", color, level)
             .dispatch(size);

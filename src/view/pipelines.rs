@@ -19,8 +19,8 @@ uniform! {
         pub shading_eye: [f32; 3],
         pub z_near: f32,
         pub z_far: f32,
-        pub lod_bias: f32,
-        pub _pad: [u32; 2],
+        pub below_texels: u32,
+        pub below_part: [u32; 2],
     }
 }
 
@@ -89,17 +89,17 @@ pub(super) struct Variant {
 }
 
 impl Variant {
-    /// Values of the shader's constants; `biased`: whether the level of textures is moved.
-    fn constants(self, biased: bool) -> [(&'static str, f64); 3] {
-        [("TEXTURES", self.textures.into()), ("UNLIT", self.unlit.into()), ("BIASED", biased.into())]
+    /// Values of the shader's constants.
+    fn constants(self) -> [(&'static str, f64); 2] {
+        [("TEXTURES", self.textures.into()), ("UNLIT", self.unlit.into())]
     }
 }
 
 /// What a pipeline draws.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum Drawn {
-    /// Surfaces of one kind; whether with the level of textures moved.
-    Surfaces(Variant, bool),
+    /// Surfaces of one kind.
+    Surfaces(Variant),
     /// The background.
     Sky,
     /// Nothing, but in front of everything, where the layer is said to hold nothing: what
@@ -163,9 +163,7 @@ impl Pipelines {
     pub(super) fn get(&self, kind: LayerKind, drawn: Drawn) -> wgpu::RenderPipeline {
         let mut made = self.made.lock().expect("no panic while a pipeline is made");
         let make = || match drawn {
-            Drawn::Surfaces(variant, biased) => {
-                surface_pipeline(&self.device, &self.layout, &self.module, kind, (variant, biased))
-            }
+            Drawn::Surfaces(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
             Drawn::Sky => sky_pipeline(&self.device, &self.layout, &self.module, kind),
             Drawn::Closed => closed_pipeline(&self.device, &self.layout, &self.module, kind),
         };
@@ -264,7 +262,7 @@ fn surface_pipeline(
     layout: &wgpu::PipelineLayout,
     module: &wgpu::ShaderModule,
     kind: LayerKind,
-    (variant, biased): (Variant, bool),
+    variant: Variant,
 ) -> wgpu::RenderPipeline {
     use wgpu::VertexFormat as Format;
     let attributes = wgpu::vertex_attr_array![
@@ -289,7 +287,7 @@ fn surface_pipeline(
     // Reversed depth: nearer is greater.
     let test = wgpu::CompareFunction::Greater;
     let buffers = [Some(vertices), Some(instances)];
-    let constants = variant.constants(biased);
+    let constants = variant.constants();
     let geometry =
         Geometry { buffers: &buffers, primitive, test, writes: wgpu::ColorWrites::ALL, constants: &constants };
     pipeline(device, layout, module, ["vs_surface", fragment], geometry, kind)

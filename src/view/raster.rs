@@ -8,7 +8,7 @@ use super::{Layer, LayerQuery, Shading, SurfaceLayer};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Frame, Gpu, Texture};
 use crate::scene::{Environment, LightKind};
-use glam::{DAffine3, DVec2, Mat4, Vec3, Vec4};
+use glam::{DAffine3, DVec2, Mat4, UVec2, Vec3, Vec4};
 use std::sync::Arc;
 use wgpu::util::DeviceExt;
 
@@ -31,9 +31,22 @@ pub(super) struct Shot<'a> {
     pub clip_from_view: Mat4,
     /// Lens position that shading looks from, metres in view space.
     pub shading_eye_m: DVec2,
-    /// Added to the mipmap level of textures.
-    pub lod_bias: f32,
     pub query: LayerQuery<'a>,
+    /// Texels of `query.below` a pixel on each side, and which of them limits this shot.
+    pub below_texels: u32,
+    pub below_part: UVec2,
+}
+
+impl<'a> Shot<'a> {
+    /// A shot of pixels that `query.below` has a texel each for.
+    pub(super) fn new(
+        projection: &'a Projection,
+        clip_from_view: Mat4,
+        shading_eye_m: DVec2,
+        query: LayerQuery<'a>,
+    ) -> Self {
+        Self { projection, clip_from_view, shading_eye_m, query, below_texels: 1, below_part: UVec2::ZERO }
+    }
 }
 
 impl SceneSource {
@@ -54,7 +67,7 @@ impl SceneSource {
             unlimited: crate::gpu::upload_scalar(
                 &gpu,
                 "unlimited",
-                &crate::image::Image::filled(glam::UVec2::ONE, f32::INFINITY),
+                &crate::image::Image::filled(UVec2::ONE, f32::INFINITY),
             ),
             scene,
             camera,
@@ -128,7 +141,7 @@ impl SceneSource {
         let mut first = 0;
         for VisibleItem { item, instances } in &visible {
             let end = first + instances.len() as u32;
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant, shot.lod_bias != 0.0)));
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant)));
             pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
             pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
             first = end;
@@ -184,8 +197,8 @@ impl SceneSource {
             shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),
             z_near: shot.query.z_near,
             z_far: shot.query.z_far,
-            lod_bias: shot.lod_bias,
-            ..Default::default()
+            below_texels: shot.below_texels,
+            below_part: shot.below_part.to_array(),
         }
     }
 

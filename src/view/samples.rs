@@ -5,13 +5,11 @@
 //! So the scene is drawn a few times more, moved by parts of a texel: once while the view
 //! stays.
 
-use super::raster::Shot;
-use super::{Layer, LayerQuery, Source, View};
-use crate::camera::Projection;
+use super::fine::{FineQuery, empty, weave};
+use super::{Layer, LayerQuery, Source, View, ViewError};
 use crate::gpu::{Frame, Shader, Texture};
-use crate::lens::Lens;
 use crate::{shader, uniform};
-use glam::{DVec2, Mat4, Vec2, dvec2};
+use glam::UVec2;
 
 const SHADER: Shader = shader!("samples");
 
@@ -45,6 +43,15 @@ pub struct Lights {
     pub sample_px: f32,
 }
 
+/// The first layer, sampled.
+pub(super) struct Sampled {
+    /// The mean colour of each texel's surface, without what lights bring.
+    pub mean: Texture,
+    /// All samples, those of all draws.
+    pub samples: Layer,
+    pub lights: Option<Lights>,
+}
+
 /// How the first layer is sampled.
 pub(super) struct Samples {
     pub fineness: u32,
@@ -55,13 +62,13 @@ pub(super) struct Samples {
 }
 
 impl View {
-    /// The mean colour of each texel of the first layer, and the lights, where there are any.
+    /// Samples the first layer, which has been drawn once.
     pub(super) fn sampled(
         &mut self,
         frame: &mut Frame<'_>,
         first: &Layer,
         samples: &Samples,
-    ) -> (Texture, Option<Lights>) {
+    ) -> Result<Sampled, ViewError> {
         let size = self.projection.outer_size();
         let samples_a_side = samples.fineness * samples.draws;
         let lights = (self.brightest(frame) > HIGHLIGHT_LIMIT).then(|| Lights {
@@ -69,13 +76,23 @@ impl View {
             sample_px: 1.0 / samples_a_side as f32,
         });
         let mut mean: Option<Texture> = None;
+        let all = match samples.draws {
+            1 => first.clone(),
+            draws => empty(frame, first.color.size() * draws),
+        };
         for draw in 0..samples.draws * samples.draws {
-            let part = dvec2((draw % samples.draws).into(), (draw / samples.draws).into());
-            let shift_px = part / f64::from(samples_a_side);
+            let part = UVec2::new(draw % samples.draws, draw / samples.draws);
+            let shift_px = part.as_dvec2() / f64::from(samples_a_side);
             let drawn = match (&self.source, draw) {
-                (Source::Scene(_), 1..) => self.shifted(frame, samples.fineness, shift_px),
+                (Source::Scene(_), 1..) => {
+                    let query = FineQuery { fineness: samples.fineness, shift_px, surfaces: LayerQuery::NEAREST };
+                    self.fine_layer(frame, "more samples", &query)?
+                }
                 _ => first.clone(),
             };
+            if samples.draws > 1 {
+                weave(frame, &drawn, &all, part);
+            }
             let sampling = Sampling {
                 fineness: samples.fineness,
                 share: 1.0 / (samples_a_side * samples_a_side) as f32,
@@ -95,16 +112,7 @@ impl View {
                     .dispatch(size);
             }
         }
-        (mean.unwrap_or_else(|| first.color.clone()), lights)
-    }
-
-    /// The pinhole image of a scene with `fineness` squared texels a pixel, sampled
-    /// `shift_px` to the right and down of where [`View::peeled`] samples.
-    fn shifted(&self, frame: &mut Frame<'_>, fineness: u32, shift_px: DVec2) -> Layer {
-        let Source::Scene(source) = &self.source else { unreachable!("only scenes are drawn") };
-        let projection = self.projection.refined(fineness);
-        let clip_from_view = fine_clip_from_view(&projection, fineness, shift_px);
-        source.draw(frame, "more samples", &fine_shot(&projection, clip_from_view, fineness, LayerQuery::NEAREST))
+        Ok(Sampled { mean: mean.unwrap_or_else(|| first.color.clone()), samples: all, lights })
     }
 }
 
@@ -129,27 +137,4 @@ fn add_sample(
     .texture("next_mean", &next)
     .dispatch(next.size());
     next
-}
-
-/// A shot of fine texels in which textures keep the mipmap level that they have in the
-/// pinhole image.
-pub(super) fn fine_shot<'a>(
-    projection: &'a Projection,
-    clip_from_view: Mat4,
-    fineness: u32,
-    query: LayerQuery<'a>,
-) -> Shot<'a> {
-    Shot { projection, clip_from_view, shading_eye_m: DVec2::ZERO, lod_bias: (fineness as f32).log2(), query }
-}
-
-/// The pinhole's projection with the first of the `fineness` texels of a pixel sampled
-/// `shift_px` beside the pixel's own centre.
-pub(super) fn fine_clip_from_view(projection: &Projection, fineness: u32, shift_px: DVec2) -> Mat4 {
-    // x_clip grows by shift * w, and w = -z.
-    let texels = 0.5 * f64::from(fineness - 1) + shift_px * f64::from(fineness);
-    let shift_ndc = (2.0 * texels / projection.outer_size().as_dvec2()).as_vec2() * Vec2::new(-1.0, 1.0);
-    let mut moved = projection.clip_from_view(&Lens::PINHOLE, DVec2::ZERO);
-    moved.z_axis.x -= shift_ndc.x;
-    moved.z_axis.y -= shift_ndc.y;
-    moved
 }

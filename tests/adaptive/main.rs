@@ -16,7 +16,7 @@ use defocus::methods::adaptive::{Adaptive, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::metrics::{self, CompareOptions};
 use defocus::scene::{Material, Mesh};
-use defocus::view::{GpuScene, PeelOrder, SurfaceOptions, View};
+use defocus::view::{GpuScene, PeelOrder, Peeled, SurfaceOptions, View};
 use glam::{DVec2, UVec2, Vec3, Vec4, dvec2, uvec2, vec2, vec3};
 
 const SIZE: UVec2 = uvec2(96, 64);
@@ -367,33 +367,51 @@ fn layers_are_drawn_once_and_only_where_something_hidden_can_show() {
 
     let mut view = bars();
     let first = stats(&mut view, &lens());
-    // The pinhole image, whose depths say what can show, four fine layers, and the first of
-    // them three times more.
-    assert_eq!(first.views, 8, "{first:?}");
+    // Four texels a pixel: of four layers, but that one of the first is the pinhole image,
+    // and of the first three times more.
+    assert_eq!(first.views, 4 * (4 + 3), "{first:?}");
     let refocused = stats(&mut view, &common::lens(11.0, 2.1));
     assert_eq!(refocused.views, 0, "a lens slider draws nothing: {refocused:?}");
 }
 
 #[test]
-fn fine_layers_hold_the_pinhole_image_at_pixel_centres() {
+fn samples_hold_the_pinhole_image_at_pixel_centres() {
     let mut view = bars();
     let mut frame = gpu().frame();
     let pinhole = view.pinhole(&mut frame);
     frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
-    for fineness in [2, 3] {
-        let peeled = view.peeled(&mut frame, &PeelOrder { count: 2, fineness, draws: 1, separation_z: 0.01 }).unwrap();
+    for (fineness, draws) in [(1, 1), (2, 1), (3, 1), (1, 3), (2, 2)] {
+        let order = PeelOrder { count: 2, fineness, draws, separation_z: 0.01 };
+        let Peeled { samples, samples_a_side, .. } = view.peeled(&mut frame, &order).unwrap();
         frame.flush();
-        let (fine_color, fine_depth) = (download(gpu(), &peeled.color), download_depth(gpu(), &peeled.depth));
-        let pixels = (0..depth.size.y).flat_map(|y| (0..depth.size.x).map(move |x| (x, y)));
-        let differing = pixels.filter(|&(x, y)| {
-            let (fx, fy) = (fineness * x, fineness * y);
-            color.at(x, y) != fine_color.at(fx, fy) || (depth.at(x, y) - fine_depth.at(fx, fy)).abs() > 1e-6
-        });
-        // Vertices are rounded to 1/256 px, so that a pixel on an edge may change sides.
-        let differing = differing.count();
-        assert!(differing <= depth.pixels.len() / 200, "{fineness}: {differing} pixels differ");
+        assert_eq!(samples.color.size(), color.size * samples_a_side);
+        let (all_colors, all_depths) = (download(gpu(), &samples.color), download_depth(gpu(), &samples.depth));
+        for (x, y) in (0..depth.size.y).flat_map(|y| (0..depth.size.x).map(move |x| (x, y))) {
+            let (at_x, at_y) = (samples_a_side * x, samples_a_side * y);
+            assert_eq!(color.at(x, y), all_colors.at(at_x, at_y), "{fineness}, {draws}: colour at {x}, {y}");
+            assert_eq!(depth.at(x, y), all_depths.at(at_x, at_y), "{fineness}, {draws}: depth at {x}, {y}");
+        }
     }
+}
+
+/// Samples lie where they say: moved to the right, a picture shows what lies to the right.
+#[test]
+fn samples_lie_between_pixel_centres() {
+    // Its edge passes 0.3 px to the right of a pixel's centre.
+    let edge_m = (0.5 + 0.3) * pixel_m();
+    let wall = quad(8.0, vec2(-20.0, -20.0), vec2(20.0, 20.0), 1);
+    let front = quad(1.0, vec2(-9.0, -9.0), vec2(edge_m, 9.0), 0);
+    let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y)]);
+    let mut frame = gpu().frame();
+    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation_z: 0.01 };
+    let Peeled { samples, .. } = view.peeled(&mut frame, &order).unwrap();
+    frame.finish();
+    let colors = download(gpu(), &samples.color);
+    let pixel = colors.size.x / 4 / 2;
+    // At 0 and a quarter of a pixel the front covers, at a half and three quarters not.
+    let row: Vec<f32> = (0..4).map(|part| colors.at(4 * pixel + part, colors.size.y / 2).x).collect();
+    assert_eq!(row, [1.0, 1.0, 0.0, 0.0], "samples of pixel {pixel}");
 }
 
 /// A light of 4x4 texels, up to 200 times white, blurred before a dark wall.

@@ -5,7 +5,7 @@ use super::AdaptiveUniform;
 use super::tiles::TILE_PX;
 use crate::aperture::Aperture;
 use crate::gpu::{Frame, Gpu, Shader, Texture, TextureKey};
-use crate::view::{LensUniform, Lights, Peeled};
+use crate::view::{Lights, Peeled};
 use crate::{shader, uniform};
 use glam::{UVec2, dvec2};
 use half::f16;
@@ -45,7 +45,7 @@ impl Highlights {
     /// Records the pass that finds the emitters of all layers.
     pub fn find(
         frame: &mut Frame<'_>,
-        (aperture, lens): (&Aperture, &LensUniform),
+        aperture: &Aperture,
         lights: &Lights,
         peeled: &Peeled,
         adaptive: &AdaptiveUniform,
@@ -62,7 +62,6 @@ impl Highlights {
         };
         frame
             .pass(&SHADER, "find_emitters")
-            .uniform("lens", lens)
             .uniform("adaptive", adaptive)
             .uniform("highlights", &found.uniform)
             .buffer("lights", &lights.buffer)

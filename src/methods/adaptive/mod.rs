@@ -5,7 +5,7 @@
 //! another are traced as they are:
 //!
 //! 1. up to four layers are peeled ([`View::peeled`]), finer than the image, the first with
-//!    its mean over more samples, and kept while the view stays;
+//!    more samples and their mean, and kept while the view stays;
 //! 2. tiles of 8x8 pixels find which of 64 bins of s their rays can meet ([`tiles`]) and
 //!    with that whether they are sharp, of one blur, or need rays through depth;
 //! 3. each pixel traces its own few lens points through the occupied bins;
@@ -15,8 +15,9 @@
 //!
 //! What limits it is the first step: one sample a pixel does not say where a silhouette
 //! lies or how large a small light is, and no ray can find out. Layers of 2x2 texels a pixel
-//! (`fineness`), sampled four times (`draws`), are therefore the default: they are drawn once
-//! while the view stays. `docs/adaptive.md` has pictures and figures.
+//! (`fineness`), the first of them sampled four times (`draws`), are therefore the default:
+//! they are drawn once while the view stays. Rays that pass near the focus ask the samples,
+//! others their mean. `docs/adaptive.md` has pictures and figures.
 //!
 //! Rays that leave the frame meet its border stretched outwards.
 
@@ -32,7 +33,7 @@ use super::{About, AccumulationRun, Apertures, Converging, Meaning, Method, Meth
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
-use crate::view::{DISOCCLUSION_PX, MAX_DRAWS, PeelOrder, Peeled, View, layer_separation_z};
+use crate::view::{DISOCCLUSION_PX, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View, layer_separation_z};
 use passes::Rays;
 pub use points::lens_points;
 pub use progressive::{AdaptiveRun, TURNED_FRAMES};
@@ -114,6 +115,9 @@ uniform! {
         fineness: u32,
         views: u32,
         view_distance: f32,
+        lens: LensUniform,
+        samples_a_side: u32,
+        _pad: u32,
     }
 }
 
@@ -166,7 +170,7 @@ impl Method for Adaptive {
                 "on each axis",
                 &mut self.draws,
                 (1, MAX_DRAWS),
-                "Draws the nearest layer this often on each axis, moved by parts of a texel: blurred surfaces show the mean, and glints and small lights as much light as they have. Costs time only when the view changes.",
+                "Draws the nearest layer this often on each axis, moved by parts of a texel: thin things nearly in focus lie where they are, blurred surfaces show the mean, and glints and small lights as much light as they have. Costs memory, and time only when the view changes.",
             ),
             Param::choice(
                 "views",
@@ -320,6 +324,9 @@ impl Adaptive {
             views: if view.is_scene() { [0, 4][self.views.min(1)] } else { 0 },
             // On each of two axes.
             view_distance: (views::DISTANCE * lens.aperture.radius() * std::f64::consts::FRAC_1_SQRT_2) as f32,
+            lens: view.lens_uniform(lens),
+            samples_a_side: peeled.samples_a_side,
+            ..Default::default()
         }
     }
 }

@@ -47,14 +47,14 @@ impl Rays<'_> {
         let result = frame.color_texture("adaptive", size);
         for class in [Class::Complex, Class::Uniform] {
             let pass = self
-                .pass(frame, &COMPOSITE, "composite")
+                .composite_pass(frame, "composite")
                 .buffer("tiles", &self.tiles.dilated)
                 .texture("buckets", &buckets)
                 .texture("glow", &glow)
                 .texture("result", &result);
             self.tiles.lists.dispatch(pass, class as u32);
         }
-        let pass = self.pass(frame, &COMPOSITE, "copy_sharp").texture("counts", &counts).texture("result", &result);
+        let pass = self.composite_pass(frame, "copy_sharp").texture("counts", &counts).texture("result", &result);
         self.tiles.lists.dispatch(pass, Class::Copy as u32);
         if looked_at {
             explain(frame, &self.tiles.classes, &counts, &buckets);
@@ -66,7 +66,7 @@ impl Rays<'_> {
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
         let points = frame.gpu().buffer_of("lens points", self.points);
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
-            let mut pass = self.pass(frame, &TRACE, entry);
+            let mut pass = frame.pass(&TRACE, entry).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
                 pass = pass
                     .buffer("tiles", &self.tiles.dilated)
@@ -75,6 +75,9 @@ impl Rays<'_> {
             }
             let pass = pass
                 .texture("radii", &self.tiles.radii)
+                .texture("colors", &self.peeled.color)
+                .texture("sample_colors", &self.peeled.samples.color)
+                .texture("sample_depths", &self.peeled.samples.depth)
                 .sampler("linear_clamp", SamplerKind::Linear)
                 .buffer("lens_points", &points)
                 .texture("new_buckets", buckets)
@@ -99,6 +102,7 @@ impl Rays<'_> {
             .buffer("emitters", &highlights.emitters)
             .texture("aperture", &highlights.aperture)
             .texture("radii", &self.tiles.radii)
+            .texture("sample_depths", &self.peeled.samples.depth)
             .sampler("linear_clamp", SamplerKind::Linear)
             .texture("new_glow", &glow);
         self.tiles.lists.dispatch(pass, Class::Complex as u32);
@@ -106,8 +110,8 @@ impl Rays<'_> {
         glow
     }
 
-    /// A pass over the tiles of a class, with what most of them bind.
-    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, shader: &Shader, entry: &str) -> Pass<'f, 'g> {
-        frame.pass(shader, entry).uniform("adaptive", self.adaptive).texture("colors", &self.peeled.color)
+    fn composite_pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str) -> Pass<'f, 'g> {
+        let samples = &self.peeled.samples.color;
+        frame.pass(&COMPOSITE, entry).uniform("adaptive", self.adaptive).texture("sample_colors", samples)
     }
 }

@@ -108,17 +108,13 @@ pub(super) fn build(
     let marked = gpu.buffer("marked tiles", bytes(adaptive.tiles));
     frame
         .pass(&SHADER, "mark_tiles")
-        .uniform("lens", &view.lens_uniform(lens))
         .uniform("adaptive", adaptive)
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)
         .buffer("marked", &marked)
         .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
-    let lens_uniform = view.lens_uniform(lens);
-    let highlights = peeled
-        .lights
-        .as_ref()
-        .map(|lights| Highlights::find(frame, (&lens.aperture, &lens_uniform), lights, peeled, adaptive));
+    let highlights =
+        peeled.lights.as_ref().map(|lights| Highlights::find(frame, &lens.aperture, lights, peeled, adaptive));
     let emitter_counts = match &highlights {
         Some(highlights) => highlights.counts.clone(),
         None => highlights::counts(gpu, adaptive),
