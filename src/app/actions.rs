@@ -256,6 +256,8 @@ impl App {
             Action::ClosePane(id) => document.close_pane(id),
             Action::Arrange(arrangement) => document.arrangement = arrangement,
             Action::ResetPanes => (document.tiles, document.arrangement) = (None, Arrangement::Tiles),
+            // Of several keys in one frame, an earlier one may have closed it.
+            Action::ChooseA(id) | Action::ChooseB(id) if document.pane(id).is_none() => {}
             Action::ChooseA(id) if id == document.b => std::mem::swap(&mut document.a, &mut document.b),
             Action::ChooseA(id) => document.a = id,
             Action::ChooseB(id) if id == document.a => std::mem::swap(&mut document.a, &mut document.b),

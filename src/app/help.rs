@@ -26,7 +26,8 @@ impl App {
         let mut open = self.help;
         let window = Window::new("Keys and mouse").open(&mut open).anchor(Align2::CENTER_CENTER, vec2(0.0, 0.0));
         window.collapsible(false).resizable(false).show(ctx, |ui| {
-            ScrollArea::vertical().max_height(ui.ctx().content_rect().height() - 140.0).show(ui, |ui| {
+            let height = ui.ctx().content_rect().height() - 140.0;
+            ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                 ui.horizontal_top(|ui| {
                     table(ui, "mouse", MOUSE.iter().map(|(keys, what)| ((*keys).to_owned(), (*what).to_owned())));
                     ui.add_space(24.0);

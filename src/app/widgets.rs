@@ -57,12 +57,17 @@ pub fn choice(ui: &mut Ui, name: &str, help: &str, chosen: &mut usize, names: &[
 pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width: f32) -> Response {
     let selected = names.get(*chosen).copied().unwrap_or("–");
     let list = ComboBox::from_id_salt(salt).width(width).selected_text(selected).truncate();
-    list.show_ui(ui, |ui| {
-        for (index, name) in names.iter().enumerate() {
-            ui.selectable_value(chosen, index, *name);
-        }
+    // A long name is cut off at the end of the room there is, not at that of the list.
+    ui.scope(|ui| {
+        ui.set_max_width(width);
+        list.show_ui(ui, |ui| {
+            for (index, name) in names.iter().enumerate() {
+                ui.selectable_value(chosen, index, *name);
+            }
+        })
+        .response
     })
-    .response
+    .inner
 }
 
 /// The input of a method's parameter, which a double-click on its name sets back to
