@@ -151,24 +151,32 @@ fn short(label: &str) -> &str {
 }
 
 fn table(ui: &mut egui::Ui, history: &History) {
-    egui::Grid::new("pass times").num_columns(3).striped(true).spacing([12.0, 3.0]).show(ui, |ui| {
-        let number = |ui: &mut egui::Ui, ms: f64| {
-            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| ui.monospace(format!("{ms:.2}")));
+    const NUMBER: f32 = 58.0;
+    const GAP: f32 = 8.0;
+    let height = ui.spacing().interact_size.y;
+    let name_width = (ui.available_width() - 2.0 * (NUMBER + GAP) - GAP).max(60.0);
+    egui::Grid::new("pass times").num_columns(3).striped(true).spacing([GAP, 3.0]).show(ui, |ui| {
+        let right = |ui: &mut egui::Ui, text: egui::RichText| {
+            let layout = egui::Layout::right_to_left(egui::Align::Center);
+            ui.allocate_ui_with_layout(egui::vec2(NUMBER, height), layout, |ui| {
+                ui.set_min_width(NUMBER);
+                ui.label(text);
+            });
         };
         ui.weak("ms");
-        ui.weak("median");
-        ui.weak("95 %");
+        right(ui, egui::RichText::new("median").weak());
+        right(ui, egui::RichText::new("95 %").weak());
         ui.end_row();
         let whole = [("whole frame, GPU", history.gpu()), ("recording, CPU", history.cpu())];
         let whole = whole.into_iter().filter_map(|(label, q)| Some((label, q?)));
         for (label, quantiles) in whole.chain(history.passes()) {
-            let width = (ui.available_width() - 110.0).max(60.0);
             ui.scope(|ui| {
-                ui.set_max_width(width);
+                ui.set_min_width(name_width);
+                ui.set_max_width(name_width);
                 ui.add(egui::Label::new(label).truncate()).on_hover_text(label);
             });
-            number(ui, quantiles.median);
-            number(ui, quantiles.p95);
+            right(ui, egui::RichText::new(format!("{:.2}", quantiles.median)).monospace());
+            right(ui, egui::RichText::new(format!("{:.2}", quantiles.p95)).monospace());
             ui.end_row();
         }
     });
