@@ -10,22 +10,42 @@ use super::{App, MAX_PANES};
 use crate::scene::builtin;
 use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
+/// Width from which the bar fits into one row, points; two rows fit into the least width of
+/// the window.
+const ONE_ROW: f32 = 1060.0;
+
 impl App {
     /// File, scene and camera; the panes; undo; what is rarely needed at the right.
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 6));
         Panel::top("top").frame(frame).show(ui, |ui| {
-            ui.horizontal(|ui| {
-                ui.menu_button("File", |ui| self.file_menu(ui)).response.on_hover_text("Open and save");
-                self.scene_list(ui);
-                self.camera_list(ui);
-                ui.separator();
-                self.pane_buttons(ui);
-                ui.separator();
-                self.undo_buttons(ui);
-                ui.with_layout(Layout::right_to_left(Align::Center), |ui| self.right_end(ui));
-            });
+            if ui.available_width() >= ONE_ROW {
+                ui.horizontal(|ui| {
+                    self.left_end(ui);
+                    ui.separator();
+                    self.middle(ui);
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| self.right_end(ui));
+                });
+            } else {
+                ui.horizontal(|ui| {
+                    self.left_end(ui);
+                    ui.with_layout(Layout::right_to_left(Align::Center), |ui| self.right_end(ui));
+                });
+                ui.horizontal(|ui| self.middle(ui));
+            }
         });
+    }
+
+    fn left_end(&mut self, ui: &mut Ui) {
+        ui.menu_button("File", |ui| self.file_menu(ui)).response.on_hover_text("Open and save");
+        self.scene_list(ui);
+        self.camera_list(ui);
+    }
+
+    fn middle(&mut self, ui: &mut Ui) {
+        self.pane_buttons(ui);
+        ui.separator();
+        self.undo_buttons(ui);
     }
 
     fn right_end(&mut self, ui: &mut Ui) {
