@@ -193,8 +193,10 @@ fn numbers_inside_a_method_have_names_units_and_a_scale() {
 #[test]
 fn sub_images_and_slabs_are_told_by_number() {
     let Tiny { mut window, folder: _folder } = tiny(&["pinhole"]);
-    // Beyond the squares, which are blurred foreground then.
+    // Beyond the squares, which are blurred foreground then, each over other pixels.
     type_number(&mut window, "Focus distance", "30");
+    let aperture_mm = 6.0 * window.state().document().lens.aperture_diameter_mm;
+    type_number(&mut window, "Aperture E", &aperture_mm.to_string());
     for (method, texture, quantity) in [
         ("opaque", "sub-image of each pixel", "sub-image index"),
         ("pyramid", "sub-image of each pixel", "sub-image index"),

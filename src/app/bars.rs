@@ -12,14 +12,19 @@ use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
 /// Width from which the bar fits into one row, points; two rows fit into the least width of
 /// the window.
-const ONE_ROW: f32 = 1060.0;
+const ONE_ROW: f32 = 880.0;
+
+/// Width of the list of cameras with its name, points.
+const CAMERAS: f32 = 160.0;
 
 impl App {
     /// File, scene and camera; the panes; undo; what is rarely needed at the right.
     pub(super) fn top_bar(&mut self, ui: &mut Ui) {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 6));
         Panel::top("top").frame(frame).show(ui, |ui| {
-            if ui.available_width() >= ONE_ROW {
+            let cameras = self.engine.source().map_or(0, |s| s.source().cameras().len());
+            let one_row = if cameras > 1 { ONE_ROW + CAMERAS } else { ONE_ROW };
+            if ui.available_width() >= one_row {
                 ui.horizontal(|ui| {
                     self.left_end(ui);
                     ui.separator();
