@@ -17,7 +17,8 @@ use std::ops::RangeInclusive;
 impl App {
     /// The panel on the right.
     pub(super) fn controls(&mut self, ui: &mut Ui) {
-        Panel::right("controls").default_size(style::PANEL_WIDTH).size_range(style::PANEL_WIDTH..=440.0).show(ui, |ui| {
+        let widths = style::PANEL_WIDTH..=440.0;
+        Panel::right("controls").default_size(style::PANEL_WIDTH).size_range(widths).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
                 // What is wider than the panel is cut off: it would make the panel grow from
                 // frame to frame, as sliders take what width there is.
