@@ -14,8 +14,9 @@ use std::sync::Mutex;
 const SHADER: Shader = shader!("methods/adaptive_highlights");
 
 /// Emitters that a tile can list. Cells are an eighth to a quarter of the blur's radius
-/// wide, so that about 200 cover a pixel even where everything is bright.
-const CAPACITY: u32 = 256;
+/// wide, and those reach a tile of 8 px that lie in the 24 cells of 1 px on each side around
+/// it, or in fewer larger ones: one surface that is bright everywhere has no more.
+const CAPACITY: u32 = 24 * 24;
 
 /// Side of the aperture's table: a texel is 1/32 of the lens's radius.
 const TABLE_SIDE: u32 = 128;
