@@ -7,11 +7,17 @@ say() { printf '%s\n' "defocus: $*" >&2; }
 debian_headless="libvulkan1 mesa-vulkan-drivers"
 debian_window="libxkbcommon-x11-0 libx11-xcb1 libxcursor1 libxi6 libxrandr2"
 
-has_library() { ldconfig -p 2>/dev/null | grep -q "$1"; }
+# Reads the list to its end (grep -q would break the pipe, which `pipefail` reports as "not
+# there"), and finds ldconfig where only root has it in the path.
+has_library() { PATH="$PATH:/sbin:/usr/sbin" ldconfig -p 2>/dev/null | grep -F "$1" >/dev/null; }
 
 has_vulkan_driver() {
     [ -n "${VK_DRIVER_FILES:-}${VK_ICD_FILENAMES:-}" ] && return 0
-    ls /usr/share/vulkan/icd.d/*.json /etc/vulkan/icd.d/*.json /usr/local/nvidia/share/vulkan/icd.d/*.json >/dev/null 2>&1
+    local folder
+    for folder in /usr/share /etc /usr/local/share /usr/local/nvidia/share; do
+        compgen -G "$folder/vulkan/icd.d/*.json" >/dev/null && return 0
+    done
+    return 1
 }
 
 print_commands() {
