@@ -4,29 +4,37 @@
 /// Radiance above which a blurred texel becomes an emitter: the same in src/view/samples.rs.
 const HIGHLIGHT_LIMIT = 2.0;
 
-/// What a surface emits over the limit.
+/// What of a surface's radiance is light to be kept apart: all of it from twice the limit
+/// on, as what rays still read of a light is filtered, and shows as a ring around its disc.
 fn over_limit(color: vec3f) -> vec3f {
-    return max(color - HIGHLIGHT_LIMIT, vec3f(0.0));
+    let greatest = max(color.r, max(color.g, color.b));
+    return color * clamp(greatest / HIGHLIGHT_LIMIT - 1.0, 0.0, 1.0);
 }
 
 /// The share of that which emitters bring, for a surface with CoC radius s: none in focus,
-/// where rays read it as it is, and no step on the way.
+/// where rays read it as it is, no step on the way, and all where they read layers, which
+/// hold means without lights (`FINE_UP_TO_S`).
 fn emitted_share(s: f32) -> f32 {
-    return clamp(abs(s) - 1.5, 0.0, 1.0);
+    return clamp(2.0 * abs(s) - 2.0, 0.0, 1.0);
 }
 
-/// Light over the limit in one pixel of the outer frame: sums over samples.
+/// Light kept apart in one pixel of the outer frame: sums over samples.
 struct Light {
-    /// Radiance over the limit, divided by the number of samples.
+    /// Its radiance, divided by the number of samples.
     excess: vec3f,
     /// Sum of the components of `excess`: the weight of what follows.
     weight: f32,
     /// Weighted: offset from the pixel's centre, px.
     offset: vec2f,
-    /// Weighted: square of the offset.
-    square: f32,
     /// Weighted: stored depth.
     z: f32,
+    /// Weighted: xx, yy and xy of the offset.
+    moments: vec3f,
+}
+
+/// xx, yy and xy of an offset.
+fn moments_of(offset: vec2f) -> vec3f {
+    return offset.xyx * offset.xyy;
 }
 
 fn with_sample(light: Light, color: vec3f, z: f32, offset: vec2f, share: f32) -> Light {
@@ -36,21 +44,21 @@ fn with_sample(light: Light, color: vec3f, z: f32, offset: vec2f, share: f32) ->
         light.excess + over,
         light.weight + weight,
         light.offset + weight * offset,
-        light.square + weight * dot(offset, offset),
         light.z + weight * z,
+        light.moments + weight * moments_of(offset),
     );
 }
 
-/// One or many pixels' light, as one square of even radiance.
+/// One or many pixels' light, as one ellipse of even radiance.
 struct Emitter {
-    /// Radiance over the limit times its area, px^2.
+    /// Radiance kept apart times its area, px^2.
     excess: vec3f,
     /// CoC radius, px.
     s: f32,
     /// Centroid, px of the outer frame.
     at: vec2f,
-    /// Side of the square, px.
-    side: f32,
+    /// Covariance, px^2: xx, yy and xy.
+    spread: vec3f,
 }
 
 struct Highlights {
@@ -58,4 +66,26 @@ struct Highlights {
     capacity: u32,
     /// Distance of a light's samples, px.
     sample_px: f32,
+    /// 1: the lens is a disc.
+    is_disc: u32,
+}
+
+/// Side, px, of the square that has the emitter's mean variance, a twelfth of its area.
+fn side_of(emitter: Emitter) -> f32 {
+    return sqrt(6.0 * (emitter.spread.x + emitter.spread.y));
+}
+
+const PI = 3.14159265;
+
+/// Density, over the square of the lens's radius, of a disc lens seen from `offset` px
+/// beside the emitter, averaged over the emitter: the share of a circle with the emitter's
+/// variance towards there that a straight edge cuts off. The edge lies closer than the
+/// lens's radius by so much that the light adds up to all of it.
+fn disc_density(emitter: Emitter, offset: vec2f, lens_radius: f32) -> f32 {
+    let distance = max(length(offset), 1e-6);
+    let u = offset / distance;
+    let radius = 2.0 * sqrt(dot(emitter.spread, vec3f(u.x * u.x, u.y * u.y, 2.0 * u.x * u.y)));
+    let blur = abs(emitter.s) * lens_radius;
+    let x = clamp((blur - radius * radius / (8.0 * blur) - distance) / radius, -1.0, 1.0);
+    return (0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / PI) / (PI * lens_radius * lens_radius);
 }

@@ -163,14 +163,16 @@ fn step_through_layers(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
 fn step_through_samples(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
     let low = start - TOLERANCE_S;
     let high = start + width + TOLERANCE_S;
-    let at = p - v * (start + 0.5 * width);
+    // What is near the front of a step hides what is near its end.
+    let at = p - v * (start + 0.25 * width);
     let s = sample_s(sample_at(at));
     if s >= low && s <= high {
         let there = sample_s(sample_at(p - v * s));
         if is_met(there, s, width) {
             return Hit(SAMPLE, there, p - v * there, 2u);
         }
-        return Hit(SAMPLE, s, at, 2u);
+        // Where the ray meets that depth there is only what lies behind: it passes beside.
+        return Hit(select(SAMPLE, NO_HIT, there > s), s, at, 2u);
     }
     if s > high {
         return Hit(NO_HIT, 0.0, at, 1u);
@@ -287,13 +289,16 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     let b = bilinear(texels_of(adaptive.samples_a_side, ray));
     var same = true;
     var at_edge = false;
+    // An edge is as blurred as what lies in front.
+    var front = hit.s;
     for (var i = 0; i < 4; i++) {
         let s = sample_s(sample_corner(b, i));
         same = same && is_same(s, hit.s);
         at_edge = at_edge || abs(s - hit.s) > EDGE_S;
+        front = min(front, s);
     }
-    if at_edge && shows_mean(hit.s, v) {
-        return interpolated(hit.at, limited);
+    if at_edge && shows_mean(front, v) {
+        return interpolated(p - v * front, limited);
     }
     if same {
         return interpolated(ray, limited);

@@ -13,6 +13,17 @@
 @group(0) @binding(4) var aperture: texture_2d<f32>;
 @group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
 
+/// Density of any lens at `v`, averaged over the emitter.
+fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
+    // The emitter covers a square of the lens, and mipmaps hold means over such: one level
+    // finer, as the bilinear read widens it to nearly the square's own variance.
+    let texel_v = 4.0 * adaptive.lens_radius / f32(textureDimensions(aperture).x);
+    let level = log2(side_of(emitter) / (abs(emitter.s) * texel_v)) - 1.0;
+    let uv = 0.5 + 0.25 * v / adaptive.lens_radius;
+    let density = textureSampleLevel(aperture, linear_clamp, uv, level).r;
+    return select(0.0, density, all(uv >= vec2f(0.0)) && all(uv <= vec2f(1.0)));
+}
+
 /// What the tile's emitters bring to `p`, each through one ray.
 fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let listed_count = min(count, highlights.capacity);
@@ -20,14 +31,14 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
-        // The emitter covers a square of the lens, and mipmaps hold means over such: one
-        // level finer, as the bilinear read widens it to nearly the square's own variance.
         let v = (p - emitter.at) / emitter.s;
-        let texel_v = 4.0 * adaptive.lens_radius / f32(textureDimensions(aperture).x);
-        let level = log2(emitter.side / (abs(emitter.s) * texel_v)) - 1.0;
-        let uv = 0.5 + 0.25 * v / adaptive.lens_radius;
-        let density = textureSampleLevel(aperture, linear_clamp, uv, level).r;
-        if density <= 0.0 || any(uv < vec2f(0.0)) || any(uv > vec2f(1.0)) {
+        var density = 0.0;
+        if highlights.is_disc != 0u {
+            density = disc_density(emitter, p - emitter.at, adaptive.lens_radius);
+        } else {
+            density = aperture_density(emitter, v);
+        }
+        if density <= 0.0 {
             continue;
         }
         let hit = trace(p, v);

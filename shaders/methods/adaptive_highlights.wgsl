@@ -89,7 +89,7 @@ fn emit(corner: vec2i, cell: u32) {
     var weight = 0.0;
     // First and second moments about the centre of the cell's first pixel.
     var mean = vec2f(0.0);
-    var square = 0.0;
+    var moments = vec3f(0.0);
     for (var i = 0u; i < side * side; i++) {
         let from_origin = vec2u(i % side, i / side);
         let index = (origin.y + from_origin.y) * TILE + origin.x + from_origin.x;
@@ -101,7 +101,8 @@ fn emit(corner: vec2i, cell: u32) {
             emitter.excess += share * light.excess;
             emitter.s += share * light.weight * s;
             mean += share * (light.offset + light.weight * o);
-            square += share * (light.square + 2.0 * dot(light.offset, o) + light.weight * dot(o, o));
+            let crossed = vec3f(2.0 * light.offset * o, dot(light.offset, o.yx));
+            moments += share * (light.moments + crossed + light.weight * moments_of(o));
             weight += share * light.weight;
         }
     }
@@ -111,9 +112,10 @@ fn emit(corner: vec2i, cell: u32) {
     mean /= weight;
     emitter.s /= weight;
     emitter.at = vec2f(corner + vec2i(origin)) + 0.5 + mean;
+    emitter.spread = moments / weight - moments_of(mean);
     // A square of side a has the variance a^2 / 12 on each axis; samples stand for squares.
-    let variance = max(0.5 * (square / weight - dot(mean, mean)), 0.0);
-    emitter.side = sqrt(12.0 * variance + highlights.sample_px * highlights.sample_px);
+    let sample_variance = highlights.sample_px * highlights.sample_px / 12.0;
+    emitter.spread = vec3f(max(emitter.spread.xy, vec2f(0.0)) + sample_variance, emitter.spread.z);
     let number = atomicAdd(&emitter_counts[0], 1u);
     if number >= arrayLength(&emitters) {
         return;
@@ -124,7 +126,7 @@ fn emit(corner: vec2i, cell: u32) {
 
 /// Adds the emitter to the inner tiles that its blur, or the reading of its texels, covers.
 fn list(emitter: Emitter, number: u32) {
-    let reach = abs(emitter.s) * adaptive.lens_radius + 1.5 * emitter.side + 1.0;
+    let reach = abs(emitter.s) * adaptive.lens_radius + 1.5 * side_of(emitter) + 1.0;
     let centre = emitter.at - f32(adaptive.overscan);
     let first = vec2i(floor((centre - reach) / f32(TILE)));
     let last = vec2i(floor((centre + reach) / f32(TILE)));

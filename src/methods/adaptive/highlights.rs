@@ -28,6 +28,7 @@ uniform! {
     pub(super) struct HighlightsUniform {
         capacity: u32,
         sample_px: f32,
+        is_disc: u32,
     }
 }
 
@@ -55,7 +56,11 @@ impl Highlights {
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
         let outer = UVec2::from(adaptive.tiles) * TILE_PX;
         let found = Self {
-            uniform: HighlightsUniform { capacity: CAPACITY, sample_px: lights.sample_px },
+            uniform: HighlightsUniform {
+                capacity: CAPACITY,
+                sample_px: lights.sample_px,
+                is_disc: (*aperture == Aperture::Disc).into(),
+            },
             counts: counts(gpu, adaptive),
             lists: gpu.buffer("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
             emitters: gpu.buffer("emitters", EMITTER_BYTES * u64::from(outer.x) * u64::from(outer.y)),
@@ -77,7 +82,7 @@ impl Highlights {
 }
 
 /// Bytes of `Emitter` in `shaders/lib/emitters.wgsl`.
-const EMITTER_BYTES: u64 = 32;
+const EMITTER_BYTES: u64 = 48;
 
 /// Emitter counts of all tiles, none.
 pub(super) fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> wgpu::Buffer {
