@@ -7,6 +7,8 @@
 
 // Near focus a silhouette is sharp, and what matters is where it lies within a pixel: there
 // rays ask the samples of the first layer, elsewhere the layers' texels with their means.
+//
+// Whoever imports this says with RAYS_ARE_FILTERED whether `composite` filters what it finds.
 
 #import emitters
 #import layers
@@ -142,21 +144,41 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
     return Hit(NO_HIT, 0.0, p, reads);
 }
 
-/// What a ray hits between s = `start` and `width` behind it.
+/// Where the ray through `p` and lens point v meets s. What is filtered afterwards keeps
+/// that much closer to its pixel: outlines end up as wide as the lens blurs them.
+fn place_on_ray(p: vec2f, v: vec2f, s: f32) -> vec2f {
+    if !RAYS_ARE_FILTERED || abs(s) <= adaptive.sharp_s {
+        return p - v * s;
+    }
+    let s2 = s * s * adaptive.lens_variance;
+    return p - v * (s * sqrt(1.0 - min(filter_blur(bucket_of(s)) / s2, 0.9)));
+}
+
+/// What a ray hits between s = `start` and `width` behind it: it asks at both ends of the
+/// step, and where it meets the surface that either holds.
 fn step_through_layers(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
-    let at = p - v * (start + 0.5 * width);
-    let s = radii_at(at);
-    let k = first_within(s, start - TOLERANCE_S, start + width + TOLERANCE_S);
-    if k < 0 {
-        return Hit(NO_HIT, 0.0, at, 1u);
+    var reads = 0u;
+    for (var end = 0; end < 2; end++) {
+        let at = place_on_ray(p, v, start + f32(end) * width);
+        let s = radii_at(at);
+        reads += 1u;
+        let k = first_within(s, start - TOLERANCE_S, start + width + TOLERANCE_S);
+        if k < 0 {
+            continue;
+        }
+        let meeting = place_on_ray(p, v, s[k]);
+        let there = radii_at(meeting);
+        reads += 1u;
+        let j = nearest_to(there, s[k]);
+        if is_same(there[j], s[k]) {
+            return Hit(j, there[j], place_on_ray(p, v, there[j]), reads);
+        }
+        // Where there is only what lies behind, the ray passes beside the surface.
+        if there.x <= s[k] {
+            return Hit(k, s[k], at, reads);
+        }
     }
-    // Where the ray meets the surface that this texel holds, there may be another.
-    let there = radii_at(p - v * s[k]);
-    let j = nearest_to(there, s[k]);
-    if is_met(there[j], s[k], width) {
-        return Hit(j, there[j], p - v * there[j], 2u);
-    }
-    return Hit(k, s[k], at, 2u);
+    return Hit(NO_HIT, 0.0, p, reads);
 }
 
 /// The same near focus. Layers are asked for what the sample hides.

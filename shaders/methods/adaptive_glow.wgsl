@@ -13,6 +13,8 @@
 @group(0) @binding(4) var aperture: texture_2d<f32>;
 @group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
 
+const RAYS_ARE_FILTERED = false;
+
 /// Density of any lens at `v`, averaged over the emitter.
 fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
     // The emitter covers a square of the lens, and mipmaps hold means over such: one level

@@ -13,6 +13,8 @@
 /// Rays, texels read, sum of the layers that were hit (0 the nearest), rays that hit nothing.
 @group(0) @binding(3) var counts: texture_storage_2d<rgba16float, write>;
 
+const RAYS_ARE_FILTERED = true;
+
 /// The layer that was hit, 0 the nearest.
 fn layer_number(hit: Hit) -> f32 {
     return select(f32(hit.layer), 0.0, hit.layer == SAMPLE);
@@ -117,7 +119,7 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     // What lies in front by more than surfaces in one tile of this class do is in focus
     // and does not reach here.
     let nearest = own - 1.0 - 0.5 * abs(own);
-    let at = p - v * own;
+    let at = place_on_ray(p, v, own);
     if is_fine(own) {
         let s = sample_s(sample_at(at));
         if s >= nearest {
@@ -129,7 +131,7 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     if k < 0 {
         return Hit(NO_HIT, 0.0, at, 1u);
     }
-    return Hit(k, there[k], p - v * there[k], 1u);
+    return Hit(k, there[k], place_on_ray(p, v, there[k]), 1u);
 }
 
 /// Surfaces of about one CoC, in front of which only what is in focus may lie: no march.

@@ -38,7 +38,7 @@ pub fn builtin(name: &str) -> Option<&'static Builtin> {
     ALL.iter().find(|scene| scene.name == name)
 }
 
-const ALL: [Builtin; 7] = [
+const ALL: [Builtin; 8] = [
     Builtin {
         name: "cans",
         about: "Labelled cans on a counter before a brick wall: focus near, blur behind.",
@@ -73,6 +73,11 @@ const ALL: [Builtin; 7] = [
         name: "handrail",
         about: "One rail and its balusters through all depths from half a metre to fifteen.",
         glb: include_bytes!("../../assets/scenes/handrail.glb"),
+    },
+    Builtin {
+        name: "fence",
+        about: "What is hard: a cut-out fence through the focus, wires a millimetre thick, lamps half behind a near post.",
+        glb: include_bytes!("../../assets/scenes/fence.glb"),
     },
 ];
 

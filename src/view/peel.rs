@@ -112,7 +112,9 @@ impl View {
         let PeelOrder { count, fineness, draws, separation_z } = order;
         let first = FineQuery { fineness, shift_px: DVec2::ZERO, surfaces: LayerQuery::NEAREST };
         let mut nearer = self.fine_layer(frame, "fine layer", &first)?;
-        let samples = Samples { fineness, draws, same_z: separation_z };
+        // Means over surfaces a pixel of s apart would blur the outline of one as much as the
+        // other: half of that is what reads tell apart.
+        let samples = Samples { fineness, draws, same_z: 0.5 * separation_z };
         let outer = nearer.color.size();
         let params = PeelParams::new(outer, fineness, separation_z);
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));

@@ -12,7 +12,7 @@ use defocus::gpu::{download, download_depth};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::adaptive::tiles::{BINS, TILE_PX, Tile, TileGrid};
-use defocus::methods::adaptive::{Adaptive, lens_points};
+use defocus::methods::adaptive::{Adaptive, TURNED_FRAMES, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::metrics::{self, CompareOptions};
 use defocus::scene::{Material, Mesh};
@@ -319,6 +319,60 @@ fn a_straight_edge_composites_to_the_share_of_the_disc() {
             );
         }
     }
+}
+
+/// Standard deviation, px, on an axis of the light in an image: the mean of both axes.
+fn sigma_px(image: &ColorImage) -> f64 {
+    let moment = |f: &dyn Fn(DVec2) -> DVec2| -> DVec2 {
+        let at = |i: usize| dvec2((i % image.size.x as usize) as f64, (i / image.size.x as usize) as f64);
+        image.pixels.iter().enumerate().map(|(i, p)| f(at(i)) * f64::from(p.y)).sum()
+    };
+    let light = moment(&|_| DVec2::ONE);
+    let mean = moment(&|at| at) / light;
+    (moment(&|at| (at - mean) * (at - mean)) / light).element_sum().sqrt() * std::f64::consts::FRAC_1_SQRT_2
+}
+
+/// Variance, px^2, of what samples `sample_px` apart say lies between two positions, px from
+/// a pixel's border.
+fn sampled_variance(from_px: f64, to_px: f64, sample_px: f64) -> f64 {
+    let samples: Vec<f64> =
+        (-100..100).map(|i| f64::from(i) * sample_px).filter(|x| (from_px..to_px).contains(x)).collect();
+    let mean = |f: &dyn Fn(f64) -> f64| samples.iter().map(|x| f(*x)).sum::<f64>() / samples.len() as f64;
+    mean(&|x| x * x) - mean(&|x| x).powi(2) + sample_px.powi(2) / 12.0
+}
+
+/// A bright square before the focus and one behind it, at half, full and double resolution,
+/// with every number of lens points.
+#[test]
+fn an_outline_is_as_wide_as_the_lens_blurs_it_at_every_resolution_and_number_of_points() {
+    let wall = quad(8.0, vec2(-20.0, -20.0), vec2(20.0, 20.0), 1);
+    let mut worst = 0.0f64;
+    for depth_m in [1.0f32, 5.0] {
+        // Six pixels wide at full resolution.
+        let px_m = depth_m * pixel_m();
+        let card = quad(depth_m, vec2(-2.8, -2.8) * px_m, vec2(3.2, 3.2) * px_m, 0);
+        let materials = vec![unlit(Vec3::ONE), unlit(Vec3::ZERO)];
+        let surfaces = GpuScene::new(gpu(), &scene(vec![wall.clone(), card], materials), SurfaceOptions::default());
+        for scale in [0.5, 1.0, 2.0] {
+            let size = (SIZE.as_dvec2() * scale).as_uvec2();
+            let lens = common::lens(16.0 * scale, FOCUS_M);
+            let mut view = View::of_scene(surfaces.clone(), front_camera(), size, (16.0 * scale) as u32).unwrap();
+            let blurred_px = 0.25 * lens.coc_diameter_px(f64::from(depth_m)).abs();
+            let expected = (blurred_px.powi(2) + sampled_variance(-2.8 * scale, 3.2 * scale, 0.5)).sqrt();
+            for points in 0..4 {
+                // Eight turns of the lens points: 72 rays of one would leave 8 % to chance.
+                let method = Adaptive { points, frames: TURNED_FRAMES, ..Adaptive::default() };
+                let sigma = sigma_px(&render(&method, &mut view, &lens));
+                let ratio = sigma / expected;
+                println!(
+                    "{depth_m} m, {size} px, {} points: sigma {sigma:.3} of {expected:.3} px, {ratio:.4}",
+                    8 << points
+                );
+                worst = worst.max((ratio - 1.0).abs());
+            }
+        }
+    }
+    assert!(worst <= 0.02, "{worst}");
 }
 
 /// Textured surfaces at three depths.

@@ -27,11 +27,14 @@ pub struct Tracer {
 }
 
 impl Tracer {
-    /// From every node of `stage`.
+    /// From every node of `stage` but those with holes.
     pub fn new(stage: &Stage) -> Self {
         let mut triangles = Vec::with_capacity(stage.triangles());
         for &(mesh, placement) in &stage.nodes {
-            let (shape, _) = &stage.meshes[mesh];
+            let (shape, material) = &stage.meshes[mesh];
+            if stage.materials[*material].cut {
+                continue;
+            }
             let points: Vec<Vec3A> =
                 shape.corners.iter().map(|c| placement.transform_point3a(c.position.into())).collect();
             let corner = |i: u32| points[i as usize];

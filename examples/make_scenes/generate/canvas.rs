@@ -12,6 +12,8 @@ pub struct Canvas {
     pub width: usize,
     pub height: usize,
     pub pixels: Vec<Vec3>,
+    /// Opacity of each pixel in [0, 1]; empty where all is opaque.
+    pub cover: Vec<f32>,
 }
 
 /// 0xRRGGBB as display values.
@@ -23,7 +25,7 @@ pub fn rgb(hex: u32) -> Vec3 {
 impl Canvas {
     /// One colour.
     pub fn filled(width: usize, height: usize, colour: Vec3) -> Self {
-        Self { width, height, pixels: vec![colour; width * height] }
+        Self { width, height, pixels: vec![colour; width * height], cover: Vec::new() }
     }
 
     /// `colour(uv)` at every pixel centre, averaged over 2x2 samples.
@@ -34,7 +36,14 @@ impl Canvas {
             let at = |x, y| colour((corner + vec2(x, y)) / size);
             (at(0.25, 0.25) + at(0.75, 0.25) + at(0.25, 0.75) + at(0.75, 0.75)) * 0.25
         };
-        Self { width, height, pixels: (0..width * height).into_par_iter().map(pixel).collect() }
+        Self { width, height, pixels: (0..width * height).into_par_iter().map(pixel).collect(), cover: Vec::new() }
+    }
+
+    /// Opaque where `cover(uv)` is 1, nothing where it is 0.
+    pub fn covered(mut self, cover: impl Fn(Vec2) -> f32 + Sync) -> Self {
+        let mask = Self::paint(self.width, self.height, |uv| Vec3::splat(cover(uv)));
+        self.cover = mask.pixels.iter().map(|p| p.x).collect();
+        self
     }
 
     /// Darkens and brightens as if `height(uv)` were lit from the upper left.
@@ -130,22 +139,25 @@ impl Canvas {
         }
     }
 
-    /// RGB bytes.
+    /// RGB bytes, or RGBA of a canvas that is not opaque everywhere.
     pub fn bytes(&self) -> Vec<u8> {
         let byte = |v: f32| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8;
-        self.pixels.iter().flat_map(|p| [byte(p.x), byte(p.y), byte(p.z)]).collect()
+        let colors = self.pixels.iter().map(|p| [byte(p.x), byte(p.y), byte(p.z)]);
+        match self.cover.is_empty() {
+            true => colors.flatten().collect(),
+            false => colors.zip(&self.cover).flat_map(|([r, g, b], &a)| [r, g, b, byte(a)]).collect(),
+        }
     }
 
-    /// The file's bytes: JPEG of the quality given, or PNG without one.
+    /// The file's bytes: JPEG of the quality given, which has no opacity, or PNG without one.
     pub fn encode(&self, jpeg_quality: Option<u8>) -> Vec<u8> {
         let (mut file, bytes) = (Vec::new(), self.bytes());
         let (w, h) = (self.width as u32, self.height as u32);
+        let color = if self.cover.is_empty() { ExtendedColorType::Rgb8 } else { ExtendedColorType::Rgba8 };
         let written = match jpeg_quality {
-            Some(quality) => {
-                JpegEncoder::new_with_quality(&mut file, quality).write_image(&bytes, w, h, ExtendedColorType::Rgb8)
-            }
+            Some(quality) => JpegEncoder::new_with_quality(&mut file, quality).write_image(&bytes, w, h, color),
             None => png::PngEncoder::new_with_quality(&mut file, png::CompressionType::Best, png::FilterType::Adaptive)
-                .write_image(&bytes, w, h, ExtendedColorType::Rgb8),
+                .write_image(&bytes, w, h, color),
         };
         written.expect("encoding into memory with matching sizes cannot fail");
         file

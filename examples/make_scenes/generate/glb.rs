@@ -131,6 +131,9 @@ fn material(m: &Material) -> Value {
     if m.double_sided {
         value["doubleSided"] = true.into();
     }
+    if m.cut {
+        value["alphaMode"] = "MASK".into();
+    }
     let strength = m.emissive.max_element();
     if strength > 0.0 {
         value["emissiveFactor"] = json!((m.emissive / strength.max(1.0)).to_array());

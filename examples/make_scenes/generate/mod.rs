@@ -12,7 +12,7 @@ pub mod stage;
 
 /// Names of the scenes that are files of the repository. "forest" is not: only a picture of
 /// it is.
-pub const NAMES: [&str; 7] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail"];
+pub const NAMES: [&str; 8] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail", "fence"];
 
 /// The scene called `name`, its vertex colours still white; `None` if there is none.
 pub fn unlit(name: &str) -> Option<stage::Stage> {
@@ -23,6 +23,7 @@ pub fn unlit(name: &str) -> Option<stage::Stage> {
         "herd" => scenes::herd::stage(),
         "mirrors" => scenes::mirrors::stage(),
         "handrail" => scenes::handrail::stage(),
+        "fence" => scenes::fence::stage(),
         "atrium" => scenes::atrium::stage(),
         "forest" => scenes::forest::stage(),
         _ => return None,

@@ -40,6 +40,8 @@ pub struct Material {
     pub emissive: Vec3,
     pub emissive_texture: Option<usize>,
     pub double_sided: bool,
+    /// Whether the texture's opacity cuts holes; such a surface casts no baked shadow.
+    pub cut: bool,
 }
 
 /// A punctual light with the size it has for soft shadows.
@@ -94,6 +96,7 @@ impl Default for Material {
             emissive: Vec3::ZERO,
             emissive_texture: None,
             double_sided: false,
+            cut: false,
         }
     }
 }

@@ -27,7 +27,7 @@ const LAYERS: &str = "a pixel goes to the layer in front, at or behind another b
     paper has it: one that crosses it moves whole";
 
 const EMITTERS: &str = "what is brighter than 2 is brought by emitters, of which there are none beyond the border and \
-    256 a tile at most: large bright areas darken there";
+    576 a tile at most: large bright areas darken there";
 
 const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where the aperture is far narrower than its \
     CoC; and below 1e-4 of white the buckets' weighted colours lie under the least number that f16 has";
@@ -80,13 +80,6 @@ fn odd_images() -> Vec<ImageCase> {
 fn layered_images() -> Vec<ImageCase> {
     let slope = "slope of 1 % around the focus";
     vec![Combination::named("df 1 % above F", slope, "subnormal numbers of f16 and f32", uvec2(1, 100)).case()]
-}
-
-fn stepped_edges() -> Vec<ImageCase> {
-    vec![
-        Combination::named("widest Gaussian", "near object before a sharp wall", "detail", uvec2(31, 7)).case(),
-        Combination::named("slight blur", "noise over all depths", "1e-7 and 1", uvec2(16, 16)).case(),
-    ]
 }
 
 fn coarse_depths() -> Vec<ImageCase> {
@@ -166,13 +159,6 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         check: "continuity",
         applies: has_several_depths,
         witnesses: few_rays_inside,
-        reason: FEW_RAYS,
-    },
-    KnownLimit {
-        method: "adaptive",
-        check: "continuity",
-        applies: has_several_depths,
-        witnesses: stepped_edges,
         reason: FEW_RAYS,
     },
     KnownLimit {

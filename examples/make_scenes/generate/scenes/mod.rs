@@ -4,6 +4,7 @@ pub mod atrium;
 pub mod branches;
 pub mod cans;
 mod column;
+pub mod fence;
 pub mod forest;
 mod fresco;
 pub mod handrail;
