@@ -134,7 +134,7 @@ impl Method for Adaptive {
             conserves_energy: false,
             averages: true,
             samples_lens: true,
-            width_tolerance: 0.04,
+            width_tolerance: 0.025,
         }
     }
 
