@@ -7,8 +7,6 @@
 
 // Near focus a silhouette is sharp, and what matters is where it lies within a pixel: there
 // rays ask the samples of the first layer, elsewhere the layers' texels with their means.
-//
-// Whoever imports this says with RAYS_ARE_FILTERED whether `composite` filters what it finds.
 
 #import emitters
 #import layers
@@ -144,10 +142,13 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
     return Hit(NO_HIT, 0.0, p, reads);
 }
 
+/// Whether `composite` filters what the rays of this pass find.
+var<private> rays_are_filtered: bool = true;
+
 /// Where the ray through `p` and lens point v meets s. What is filtered afterwards keeps
 /// that much closer to its pixel: outlines end up as wide as the lens blurs them.
 fn place_on_ray(p: vec2f, v: vec2f, s: f32) -> vec2f {
-    if !RAYS_ARE_FILTERED || abs(s) <= adaptive.sharp_s {
+    if !rays_are_filtered || abs(s) <= adaptive.sharp_s {
         return p - v * s;
     }
     let s2 = s * s * adaptive.lens_variance;

@@ -13,8 +13,6 @@
 @group(0) @binding(4) var aperture: texture_2d<f32>;
 @group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
 
-const RAYS_ARE_FILTERED = false;
-
 /// Density of any lens at `v`, averaged over the emitter.
 fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
     // The emitter covers a square of the lens, and mipmaps hold means over such: one level
@@ -66,6 +64,7 @@ fn add_glow(
         emitter_count = found.emitters;
     }
     workgroupBarrier();
+    rays_are_filtered = false;
     let pixel = tile * TILE + local.xy;
     if emitter_count > 0u && all(pixel < adaptive.size) {
         let p = vec2f(pixel + adaptive.overscan) + 0.5;

@@ -13,8 +13,6 @@
 /// Rays, texels read, sum of the layers that were hit (0 the nearest), rays that hit nothing.
 @group(0) @binding(3) var counts: texture_storage_2d<rgba16float, write>;
 
-const RAYS_ARE_FILTERED = true;
-
 /// The layer that was hit, 0 the nearest.
 fn layer_number(hit: Hit) -> f32 {
     return select(f32(hit.layer), 0.0, hit.layer == SAMPLE);
