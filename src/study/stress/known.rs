@@ -82,6 +82,15 @@ fn layered_images() -> Vec<ImageCase> {
     vec![Combination::named("df 1 % above F", slope, "subnormal numbers of f16 and f32", uvec2(1, 100)).case()]
 }
 
+fn noisy_depths() -> Vec<ImageCase> {
+    let noise = "noise over all depths";
+    vec![
+        Combination::named("moderate blur", noise, "65504 everywhere", uvec2(24, 16)).case(),
+        Combination::named("rounded pentagon", noise, "1e-7 and 1", uvec2(33, 17)).case(),
+        Combination::named("Gaussian", "checkerboard of near and far", "detail", uvec2(17, 11)).case(),
+    ]
+}
+
 fn coarse_depths() -> Vec<ImageCase> {
     let depth = "one rounding step around the focus";
     vec![Combination::named("df a millionth above F", depth, "a bright point", uvec2(2, 2)).case()]
@@ -159,6 +168,13 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         check: "continuity",
         applies: has_several_depths,
         witnesses: few_rays_inside,
+        reason: FEW_RAYS,
+    },
+    KnownLimit {
+        method: "adaptive",
+        check: "continuity",
+        applies: has_several_depths,
+        witnesses: noisy_depths,
         reason: FEW_RAYS,
     },
     KnownLimit {
