@@ -71,6 +71,9 @@ fn find_runs(mask: vec2u) {
     run_count = count;
 }
 
+// Loops are few on purpose: llvmpipe ends all loops of an invocation after 65,535 rounds
+// in all, inner ones counted, and what was to come is missing then.
+
 struct Hit {
     /// Layer, NO_HIT for none, or SAMPLE for a sample of the first.
     layer: i32,
@@ -85,12 +88,9 @@ const NO_HIT = -1;
 const SAMPLE = 4;
 
 fn first_within(s: vec4f, low: f32, high: f32) -> i32 {
-    for (var k = 0; k < 4; k++) {
-        if s[k] >= low && s[k] <= high {
-            return k;
-        }
-    }
-    return -1;
+    let within = (s >= vec4f(low)) & (s <= vec4f(high));
+    let second_half = select(select(-1, 3, within.w), 2, within.z);
+    return select(select(second_half, 1, within.y), 0, within.x);
 }
 
 fn nearest_to(s: vec4f, wanted: f32) -> i32 {
@@ -121,9 +121,14 @@ fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
 
 /// The first surface on the ray through `p` and lens point `v`.
 fn trace(p: vec2f, v: vec2f) -> Hit {
+    return trace_up_to(p, v, EMPTY_S);
+}
+
+/// The same of surfaces up to `last_s`; those behind it may be found or not.
+fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
-        let end = runs[r].y;
+        let end = min(runs[r].y, last_s + TOLERANCE_S);
         var width = 0.0;
         for (var start = runs[r].x; start < end; start += width) {
             width = step_from(start, end, v);
@@ -158,28 +163,30 @@ fn place_on_ray(p: vec2f, v: vec2f, s: f32) -> vec2f {
 /// What a ray hits between s = `start` and `width` behind it: it asks at both ends of the
 /// step, and where it meets the surface that either holds.
 fn step_through_layers(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
-    var reads = 0u;
-    for (var end = 0; end < 2; end++) {
-        let at = place_on_ray(p, v, start + f32(end) * width);
-        let s = radii_at(at);
-        reads += 1u;
-        let k = first_within(s, start - TOLERANCE_S, start + width + TOLERANCE_S);
-        if k < 0 {
-            continue;
-        }
-        let meeting = place_on_ray(p, v, s[k]);
-        let there = radii_at(meeting);
-        reads += 1u;
-        let j = nearest_to(there, s[k]);
-        if is_same(there[j], s[k]) {
-            return Hit(j, there[j], place_on_ray(p, v, there[j]), reads);
-        }
-        // Where there is only what lies behind, the ray passes beside the surface.
-        if there.x <= s[k] {
-            return Hit(k, s[k], at, reads);
-        }
+    let range = vec2f(start - TOLERANCE_S, start + width + TOLERANCE_S);
+    let front = ask_layers(p, v, start, range);
+    if front.layer != NO_HIT {
+        return front;
     }
-    return Hit(NO_HIT, 0.0, p, reads);
+    let back = ask_layers(p, v, start + width, range);
+    return Hit(back.layer, back.s, back.at, front.reads + back.reads);
+}
+
+/// What a ray hits of the surfaces with s in a `range` that lie where it passes s = `asked`.
+fn ask_layers(p: vec2f, v: vec2f, asked: f32, range: vec2f) -> Hit {
+    let at = place_on_ray(p, v, asked);
+    let s = radii_at(at);
+    let k = first_within(s, range.x, range.y);
+    if k < 0 {
+        return Hit(NO_HIT, 0.0, at, 1u);
+    }
+    let there = radii_at(place_on_ray(p, v, s[k]));
+    let j = nearest_to(there, s[k]);
+    if is_same(there[j], s[k]) {
+        return Hit(j, there[j], place_on_ray(p, v, there[j]), 2u);
+    }
+    // Where there is only what lies behind, the ray passes beside the surface.
+    return Hit(select(NO_HIT, k, there.x <= s[k]), s[k], at, 2u);
 }
 
 /// The same near focus. Layers are asked for what the sample hides.

@@ -41,8 +41,9 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         if density <= 0.0 {
             continue;
         }
-        let hit = trace(p, v);
-        if hit.layer >= 0 && hit.s < emitter.s - 0.5 - 0.1 * abs(emitter.s) {
+        let in_front_s = emitter.s - 0.5 - 0.1 * abs(emitter.s);
+        let hit = trace_up_to(p, v, in_front_s);
+        if hit.layer >= 0 && hit.s < in_front_s {
             continue;
         }
         sum += emitter.excess * (density / (emitter.s * emitter.s));
