@@ -8,6 +8,8 @@
 struct Params {
     /// Stored depth z that the next layer lies behind this one at least.
     separation_z: f32,
+    /// Stored depth in front of which it lies farther behind.
+    widening_from_z: f32,
     /// 1 for the first layer, which has no empty texels whatever its alpha.
     nearest: u32,
     /// Side of a tile, texels.
@@ -42,6 +44,16 @@ struct Reduction {
 @group(0) @binding(10) var<storage, read_write> needed: array<u32>;
 
 const NO_EDGE = 1e6;
+
+/// What is added to the separation behind the second layer, over the distance in front of
+/// `widening_from_z`: what lies right behind a visible surface still shows past its edge.
+const WIDENING = 0.05;
+
+/// Stored depth that the layer behind a surface at z lies behind it at least.
+fn separation(z: f32) -> f32 {
+    let widening = select(WIDENING, 0.0, params.nearest != 0u);
+    return params.separation_z + widening * max(0.0, z - params.widening_from_z);
+}
 
 fn is_edge(at: vec2u, z: f32) -> bool {
     let last = textureDimensions(depth) - 1u;
@@ -109,7 +121,7 @@ fn mark_layer(@builtin(global_invocation_id) id: vec3u) {
     textureStore(marked, id.xy, vec4f(select(max(z, 0.0), -1.0, empty)));
     let tile = id.xy / params.tile;
     let shows = needed[tile.y * params.tiles_x + tile.x] != 0u;
-    textureStore(below, id.xy, vec4f(select(-1.0, z - params.separation_z, shows)));
+    textureStore(below, id.xy, vec4f(select(-1.0, z - separation(z), shows)));
 }
 
 @compute @workgroup_size(8, 8)

@@ -24,6 +24,10 @@ fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
     return select(0.0, density, all(uv >= vec2f(0.0)) && all(uv <= vec2f(1.0)));
 }
 
+/// How far, px of s, a surface lies in front of an emitter at least to hide it: more than
+/// layers lie apart at most would show windows through the sign that hangs before them.
+const IN_FRONT_S = 0.5;
+
 /// What the tile's emitters bring to `p`, each through one ray.
 fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let listed_count = min(count, highlights.capacity);
@@ -41,7 +45,7 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         if density <= 0.0 {
             continue;
         }
-        let in_front_s = emitter.s - 0.5 - 0.1 * abs(emitter.s);
+        let in_front_s = emitter.s - IN_FRONT_S;
         let hit = trace_up_to(p, v, in_front_s);
         if hit.layer >= 0 && hit.s < in_front_s {
             continue;

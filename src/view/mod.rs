@@ -15,7 +15,7 @@ mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
 pub(crate) use peel::copy_to_array_layer;
-pub use peel::{DISOCCLUSION_PX, PEELED_LEVELS, PeelOrder, Peeled, layer_separation_z};
+pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
 pub use upload::{GpuScene, SurfaceOptions};

@@ -2,7 +2,7 @@
 
 use super::fine::FineQuery;
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
-use super::{Layer, LayerQuery, View, ViewError};
+use super::{Layer, LayerQuery, LensUniform, View, ViewError};
 use crate::gpu::{Frame, Texture, TextureKey};
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
@@ -46,13 +46,34 @@ pub struct PeelOrder {
     /// Draws of the first layer on each axis, moved by parts of a texel, 1 to
     /// [`MAX_DRAWS`].
     pub draws: u32,
-    /// Stored depth that a layer lies behind the one before it at least.
-    pub separation_z: f32,
+    /// How far a layer lies behind the one before it at least.
+    pub separation: LayerSeparation,
+}
+
+/// Distance of surfaces, in stored depth, from which on they are layers of their own.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LayerSeparation {
+    /// At any depth.
+    pub z: f32,
+    /// In front of this depth hidden surfaces lie farther apart, by a twentieth of what they
+    /// lie in front of it: mouldings of a blurred column are not told apart, and what is
+    /// behind the column gets the layers.
+    pub widening_from_z: f32,
+}
+
+impl LayerSeparation {
+    /// More than half and at most one pixel of CoC radius, and of near hidden surfaces a
+    /// twentieth of theirs. Powers of two, so that a lens slider draws layers anew only when it has
+    /// doubled or halved the blur or the focus distance.
+    pub fn of(lens: &LensUniform) -> Self {
+        Self { z: (2.0 / lens.slope_px).log2().floor().exp2(), widening_from_z: lens.focus_z.log2().ceil().exp2() }
+    }
 }
 
 uniform! {
     struct PeelParams {
         separation_z: f32,
+        widening_from_z: f32,
         nearest: u32,
         tile: u32,
         tiles_x: u32,
@@ -70,17 +91,18 @@ const TILE_PX: u32 = 8;
 pub const DISOCCLUSION_PX: f32 = 0.5;
 
 impl PeelParams {
-    fn new(outer: UVec2, fineness: u32, separation_z: f32) -> Self {
+    fn new(outer: UVec2, fineness: u32, separation: LayerSeparation) -> Self {
         let tile = TILE_PX * fineness;
         let texels_per_px = fineness as f32;
         Self {
-            separation_z,
+            separation_z: separation.z,
+            widening_from_z: separation.widening_from_z,
             nearest: 1,
             tile,
             tiles_x: outer.x.div_ceil(tile),
             tiles_y: outer.y.div_ceil(tile),
-            // c = k - slope z, and slope is at most 2 / separation: `layer_separation_z`.
-            radius_per_z: texels_per_px / separation_z,
+            // c = k - slope z, and slope is at most 2 / separation: `LayerSeparation::of`.
+            radius_per_z: texels_per_px / separation.z,
             edge: DISOCCLUSION_PX * texels_per_px,
         }
     }
@@ -109,14 +131,14 @@ impl View {
             frame.skip("layers unchanged");
             return Ok(peeled.clone());
         }
-        let PeelOrder { count, fineness, draws, separation_z } = order;
+        let PeelOrder { count, fineness, draws, separation } = order;
         let first = FineQuery { fineness, shift_px: DVec2::ZERO, surfaces: LayerQuery::NEAREST };
         let mut nearer = self.fine_layer(frame, "fine layer", &first)?;
         // Means over surfaces a pixel of s apart would blur the outline of one as much as the
         // other: half of that is what reads tell apart.
-        let samples = Samples { fineness, draws, same_z: 0.5 * separation_z };
+        let samples = Samples { fineness, draws, same_z: 0.5 * separation.z };
         let outer = nearer.color.size();
-        let params = PeelParams::new(outer, fineness, separation_z);
+        let params = PeelParams::new(outer, fineness, separation);
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
         let (half, float) = (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float);
         let gpu = frame.gpu();
@@ -207,12 +229,4 @@ fn reduce(frame: &mut Frame<'_>, color: &Texture, outer: UVec2) {
             .dispatch(size);
         finer_size = size;
     }
-}
-
-/// A separation for [`View::peeled`] of more than half and at most one pixel of CoC radius,
-/// where `slope_px` is [`LensUniform::slope_px`](super::LensUniform). A power of two, so
-/// that a lens slider draws layers anew only when it has doubled or halved the blur; the
-/// focus distance hardly enters at all.
-pub fn layer_separation_z(slope_px: f32) -> f32 {
-    (2.0 / slope_px).log2().floor().exp2()
 }

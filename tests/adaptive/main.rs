@@ -16,7 +16,7 @@ use defocus::methods::adaptive::{Adaptive, TURNED_FRAMES, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::metrics::{self, CompareOptions};
 use defocus::scene::{Material, Mesh};
-use defocus::view::{GpuScene, PeelOrder, Peeled, SurfaceOptions, View};
+use defocus::view::{GpuScene, LayerSeparation, PeelOrder, Peeled, SurfaceOptions, View};
 use glam::{DVec2, UVec2, Vec3, Vec4, dvec2, uvec2, vec2, vec3};
 
 const SIZE: UVec2 = uvec2(96, 64);
@@ -436,7 +436,7 @@ fn samples_hold_the_pinhole_image_at_pixel_centres() {
     frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
     for (fineness, draws) in [(1, 1), (2, 1), (3, 1), (1, 3), (2, 2)] {
-        let order = PeelOrder { count: 2, fineness, draws, separation_z: 0.01 };
+        let order = PeelOrder { count: 2, fineness, draws, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
         let Peeled { samples, samples_a_side, .. } = view.peeled(&mut frame, &order).unwrap();
         frame.flush();
         assert_eq!(samples.color.size(), color.size * samples_a_side);
@@ -458,7 +458,7 @@ fn samples_lie_between_pixel_centres() {
     let front = quad(1.0, vec2(-9.0, -9.0), vec2(edge_m, 9.0), 0);
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y)]);
     let mut frame = gpu().frame();
-    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation_z: 0.01 };
+    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
     let Peeled { samples, .. } = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let colors = download(gpu(), &samples.color);
@@ -528,7 +528,7 @@ fn hidden_layers_are_left_out_far_from_edges() {
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y), unlit(Vec3::Z)]);
     let mut frame = gpu().frame();
     // From the stored depths 0.1 and 0.0125: up to 0.1 / 0.02 = 5 px behind the edge.
-    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation_z: 0.02 };
+    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation: LayerSeparation { z: 0.02, widening_from_z: 1.0 } };
     let peeled = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let second = download_array_layer(&peeled.depth, 1);

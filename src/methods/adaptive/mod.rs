@@ -33,7 +33,7 @@ use super::{About, AccumulationRun, Apertures, Converging, Meaning, Method, Meth
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
-use crate::view::{DISOCCLUSION_PX, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View, layer_separation_z};
+use crate::view::{DISOCCLUSION_PX, LayerSeparation, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View};
 use passes::Rays;
 pub use points::lens_points;
 pub use progressive::{AdaptiveRun, TURNED_FRAMES};
@@ -258,10 +258,10 @@ impl Adaptive {
     /// The layers that the lens can show parts of: one where no neighbouring pixels lie far
     /// enough apart in CoC for anything to show between them.
     fn peel(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Peeled, MethodError> {
-        let slope_px = view.lens_uniform(lens).slope_px;
-        let separation_z = layer_separation_z(slope_px);
-        let mut order = PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation_z };
-        if view.is_scene() && 0.5 * slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
+        let lens = view.lens_uniform(lens);
+        let separation = LayerSeparation::of(&lens);
+        let mut order = PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation };
+        if view.is_scene() && 0.5 * lens.slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
             frame.skip("nothing hidden shows: no layers");
             order = PeelOrder { count: 1, fineness: 1, ..order };
         }
