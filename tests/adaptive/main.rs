@@ -1,9 +1,10 @@
 //! `adaptive`: its tiles against a search over all pixels, its rays against an exhaustive
-//! walk, its composite against closed forms, its pictures against accumulation; how it
-//! converges and moves in `steadiness`.
+//! walk, its composite against closed forms, its pictures against accumulation; what lies behind
+//! others in `hidden`, how it converges and moves in `steadiness`.
 
 #[path = "../common/mod.rs"]
 mod common;
+mod hidden;
 mod steadiness;
 
 use common::{front_camera, gpu, quad, scene, textured, unlit};
@@ -436,7 +437,8 @@ fn samples_hold_the_pinhole_image_at_pixel_centres() {
     frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
     for (fineness, draws) in [(1, 1), (2, 1), (3, 1), (1, 3), (2, 2)] {
-        let order = PeelOrder { count: 2, fineness, draws, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
+        let order =
+            PeelOrder { count: 2, fineness, draws, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
         let Peeled { samples, samples_a_side, .. } = view.peeled(&mut frame, &order).unwrap();
         frame.flush();
         assert_eq!(samples.color.size(), color.size * samples_a_side);
@@ -458,7 +460,8 @@ fn samples_lie_between_pixel_centres() {
     let front = quad(1.0, vec2(-9.0, -9.0), vec2(edge_m, 9.0), 0);
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y)]);
     let mut frame = gpu().frame();
-    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
+    let order =
+        PeelOrder { count: 1, fineness: 2, draws: 2, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
     let Peeled { samples, .. } = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let colors = download(gpu(), &samples.color);
@@ -516,46 +519,6 @@ fn nothing_is_traced_where_all_tiles_are_in_focus() {
     assert_eq!((stats.views, stats.passes), (1, 3), "{stats:?}");
     let pinhole = render(&methods::Pinhole, &mut view, &lens());
     assert_eq!(download(gpu(), &texture), pinhole);
-}
-
-/// Hidden layers are drawn near edges only; that nothing is missed there is what
-/// comparisons with accumulation show.
-#[test]
-fn hidden_layers_are_left_out_far_from_edges() {
-    let wall = quad(8.0, vec2(-20.0, -20.0), vec2(20.0, 20.0), 2);
-    // Covers the left half, up to the middle of the frame.
-    let front = quad(1.0, vec2(-9.0, -9.0), vec2(0.0, 9.0), 0);
-    let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y), unlit(Vec3::Z)]);
-    let mut frame = gpu().frame();
-    // From the stored depths 0.1 and 0.0125: up to 0.1 / 0.02 = 5 px behind the edge.
-    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation: LayerSeparation { z: 0.02, widening_from_z: 1.0 } };
-    let peeled = view.peeled(&mut frame, &order).unwrap();
-    frame.finish();
-    let second = download_array_layer(&peeled.depth, 1);
-    let middle = second.size.x / 2;
-    for y in 0..second.size.y {
-        for x in 0..second.size.x {
-            let z = second.at(x, y);
-            if x < middle && x + 6 >= middle {
-                assert!((z - 0.0125).abs() < 1e-4, "{x}, {y}: z = {z}, but the wall shows past the edge");
-            }
-            if x + 6 + 2 * TILE_PX < middle {
-                assert!(z < 0.0, "{x}, {y}: z = {z}, but no ray gets there");
-            }
-        }
-    }
-}
-
-/// One array layer of an R32F texture.
-fn download_array_layer(array: &defocus::gpu::Texture, layer: u32) -> DepthImage {
-    let single = gpu().texture("one layer", array.size(), array.format());
-    let mut frame = gpu().frame();
-    let mut source = array.raw().as_image_copy();
-    source.origin.z = layer;
-    let size = single.raw().size();
-    frame.encoder().copy_texture_to_texture(source, single.raw().as_image_copy(), size);
-    frame.finish();
-    download_depth(gpu(), &single)
 }
 
 #[test]
