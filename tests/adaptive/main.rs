@@ -17,6 +17,7 @@ use defocus::methods::adaptive::{Adaptive, TURNED_FRAMES, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::metrics::{self, CompareOptions};
 use defocus::scene::{Material, Mesh};
+use defocus::study::stress::Combination;
 use defocus::view::{GpuScene, LayerSeparation, PeelOrder, Peeled, SurfaceOptions, View};
 use glam::{DVec2, UVec2, Vec3, Vec4, dvec2, uvec2, vec2, vec3};
 
@@ -491,6 +492,21 @@ fn highlights_keep_their_light_and_shape() {
         // The table of the aperture and the cells' squares are integrated in mipmaps.
         assert!((kept - 1.0).abs() < 0.03, "{:?}: {kept} of the light is left", lens.aperture);
         assert!(db >= 32.0, "{:?}: {db} dB", lens.aperture);
+    }
+}
+
+/// Hundreds of lights at all depths: a ray to each, and few rounds of loops a ray, of which
+/// llvmpipe allows an invocation 65,535. Lights are listed in another order each time.
+#[test]
+fn many_lights_are_all_there_each_time() {
+    let noise = Combination::named("moderate blur", "noise over all depths", "65504 everywhere", uvec2(24, 16)).case();
+    let mut view = View::of_image(gpu(), &noise.color, &noise.depth_m, 1.0).unwrap();
+    let first = render(&Adaptive::default(), &mut view, &noise.lens);
+    for _ in 0..8 {
+        let again = render(&Adaptive::default(), &mut view, &noise.lens);
+        for (a, b) in first.pixels.iter().zip(&again.pixels) {
+            assert!((*a - *b).abs().max_element() <= 2e-3 * a.max_element(), "{a} and then {b}");
+        }
     }
 }
 
