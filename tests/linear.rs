@@ -202,6 +202,18 @@ fn constant_depth_keeps_a_constant_colour_inside_and_normalise_keeps_it_everywhe
     assert!(greatest_difference(&out, &grey) <= f16_step(3.0));
 }
 
+/// More pixels and sub-pixels than a software adapter takes in one pass: what a white image
+/// shows in its middle is the light of all circles there.
+#[test]
+fn wide_circles_keep_all_their_light() {
+    let (size, coc_px) = (uvec2(76, 76), 72.0);
+    let jittered = Linear { pattern: 1, ..Linear::default() };
+    let image = ColorImage::filled(size, Vec3::ONE);
+    let result = blurred(&jittered, &image, &lens(300.0, 1.0), &Image::filled(size, coc_px));
+    let middle = result.at(size.x / 2, size.y / 2);
+    assert!((middle - Vec3::ONE).abs().max_element() <= 1e-3, "{middle}");
+}
+
 #[test]
 fn overscan_gives_the_border_its_light() {
     let _turn = views::turn();

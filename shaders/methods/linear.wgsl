@@ -42,11 +42,30 @@ struct Params {
 @group(0) @binding(8) var tile_radius: texture_2d<f32>;
 @group(0) @binding(9) var result: texture_storage_2d<COLOR_FORMAT, write>;
 
+/// Some rows of the tiles of sources that reach a tile.
+struct Part {
+    /// The first of them, counted from the uppermost that reaches it.
+    first_row: i32,
+    rows: i32,
+    /// 1: what was gathered is the result.
+    is_last: u32,
+    _unused: u32,
+}
+
+@group(0) @binding(10) var<uniform> part: Part;
+/// Gathered in parts before this one.
+@group(0) @binding(11) var sums: texture_2d<f32>;
+@group(0) @binding(12) var new_sums: texture_storage_2d<rgba32float, write>;
+
 const PI = 3.14159265;
 const TILE = 16;
 const HALF_DIAGONAL = 0.70710678;
 /// Radius below which a circle lies within its own pixel.
 const OWN_PIXEL_RADIUS = 0.5;
+
+// Loops are short on purpose, here and by gathering in parts: llvmpipe ends all loops of an
+// invocation after 65,535 rounds in all, and a circle of 100 px has more pixels than that.
+const FOUR = vec4f(0.0, 1.0, 2.0, 3.0);
 
 /// Sub-pixels of the pixel at `offset` within the circle, row by row of a regular grid, in
 /// units of half a sub-pixel: the columns lie at a, a + 2, ..., a + 2 (side - 1).
@@ -55,25 +74,33 @@ fn grid_coverage(radius: f32, offset: vec2f) -> f32 {
     let first = 2.0 * side * offset - (side - 1.0);
     let r = 2.0 * side * radius;
     var count = 0.0;
-    for (var row = 0u; row < params.side; row++) {
-        let y = first.y + 2.0 * f32(row);
+    for (var row = 0.0; row < side; row += 4.0) {
+        let rows = row + FOUR;
+        let y = first.y + 2.0 * rows;
         let left = r * r - y * y;
-        if left <= 0.0 {
-            continue;
-        }
-        let half_chord = sqrt(left);
-        let end = clamp(ceil(0.5 * (half_chord - first.x)), 0.0, side);
-        let begin = clamp(floor(0.5 * (-half_chord - first.x)) + 1.0, 0.0, side);
-        count += max(end - begin, 0.0);
+        let half_chord = sqrt(max(left, vec4f(0.0)));
+        let end = clamp(ceil(0.5 * (half_chord - first.x)), vec4f(0.0), vec4f(side));
+        let begin = clamp(floor(0.5 * (-half_chord - first.x)) + 1.0, vec4f(0.0), vec4f(side));
+        let columns = max(end - begin, vec4f(0.0));
+        count += dot(select(vec4f(0.0), columns, (rows < vec4f(side)) & (left > vec4f(0.0))), vec4f(1.0));
     }
     return count / (side * side);
 }
 
+/// 1 where a sub-pixel of the pixel at `offset` lies within the circle.
+fn jittered_share(radius: f32, offset: vec2f, i: u32) -> f32 {
+    if i >= params.side * params.side {
+        return 0.0;
+    }
+    let at = offset + sub_pixels[i];
+    return select(0.0, 1.0, dot(at, at) < radius * radius);
+}
+
 fn jittered_coverage(radius: f32, offset: vec2f) -> f32 {
     var count = 0.0;
-    for (var i = 0u; i < params.side * params.side; i++) {
-        let at = offset + sub_pixels[i];
-        count += select(0.0, 1.0, dot(at, at) < radius * radius);
+    for (var i = 0u; i < params.side * params.side; i += 4u) {
+        count += jittered_share(radius, offset, i) + jittered_share(radius, offset, i + 1u);
+        count += jittered_share(radius, offset, i + 2u) + jittered_share(radius, offset, i + 3u);
     }
     return count / f32(params.side * params.side);
 }
@@ -195,7 +222,11 @@ fn gather_circles(
     let at = p - i32(params.overscan);
     let is_inside = all(at < vec2i(textureDimensions(result)));
     var sum = vec4f(0.0);
-    for (var y = begin.y; y <= end.y; y++) {
+    if is_inside && part.first_row > 0 {
+        sum = textureLoad(sums, at, 0);
+    }
+    let first_row = begin.y + part.first_row;
+    for (var y = first_row; y <= min(end.y, first_row + part.rows - 1); y++) {
         for (var x = begin.x; x <= end.x; x++) {
             let corner = vec2i(x, y) * TILE;
             let gap = max(max(corner - last, first - corner - (TILE - 1)), vec2i(0));
@@ -210,6 +241,10 @@ fn gather_circles(
                 sum += light_from_tile(p, corner);
             }
         }
+    }
+    if is_inside && part.is_last == 0u {
+        textureStore(new_sums, at, sum);
+        return;
     }
     if params.normalise != 0u && sum.w > 0.0 {
         sum /= sum.w;

@@ -85,6 +85,34 @@ uniform! {
     }
 }
 
+uniform! {
+    /// Some rows of the tiles of sources that reach a tile.
+    struct Part {
+        first_row: u32,
+        rows: u32,
+        is_last: u32,
+        _unused: u32,
+    }
+}
+
+/// Tiles of sources that one pass gathers from. With twice as many, a software adapter that
+/// ends all loops after 65,535 rounds leaves out some of the widest circles' light.
+const TILES_A_PART: u32 = 16;
+
+impl Part {
+    /// Parts that together gather from all tiles within `reach` px.
+    fn all(reach: u32) -> Vec<Self> {
+        // Of one tile's pixels, the first reaches as far to one side as the last to the other.
+        let side = (2 * reach + TILE_PX - 1) / TILE_PX + 2;
+        let rows = (TILES_A_PART / side).max(1);
+        let part = |first_row| Self { first_row, rows, is_last: (first_row + rows >= side).into(), _unused: 0 };
+        (0..side).step_by(rows as usize).map(part).collect()
+    }
+}
+
+/// Light gathered in the parts so far.
+const SUMS: &str = "gathered light";
+
 /// Names of what is exposed.
 const CIRCLES: &str = "circles";
 const TILE_CIRCLES: &str = "greatest circle of each tile";
@@ -242,15 +270,25 @@ impl Linear {
         frame.expose(CIRCLES, &circles);
         frame.expose(TILE_CIRCLES, &tile_radius);
         let result = frame.color_texture("linear", view.size());
-        frame
-            .pass(&SHADER, "gather_circles")
-            .uniform("params", &params)
-            .buffer("sub_pixels", &sub_pixels)
-            .texture("color", &color)
-            .texture("circles", &circles)
-            .texture("tile_radius", &tile_radius)
-            .texture("result", &result)
-            .dispatch(result.size());
+        let parts = Part::all(params.reach);
+        let mut sums = frame.texture(SUMS, UVec2::ONE, wgpu::TextureFormat::Rgba32Float);
+        for part in parts {
+            let size = if part.is_last == 0 { result.size() } else { UVec2::ONE };
+            let new_sums = frame.texture(SUMS, size, wgpu::TextureFormat::Rgba32Float);
+            frame
+                .pass(&SHADER, "gather_circles")
+                .uniform("params", &params)
+                .uniform("part", &part)
+                .buffer("sub_pixels", &sub_pixels)
+                .texture("color", &color)
+                .texture("circles", &circles)
+                .texture("tile_radius", &tile_radius)
+                .texture("sums", &sums)
+                .texture("new_sums", &new_sums)
+                .texture("result", &result)
+                .dispatch(result.size());
+            sums = new_sums;
+        }
         result
     }
 
