@@ -14,8 +14,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Entries kept; the oldest beyond are removed. At 1024x768 they take about half a gigabyte.
-const MAX_ENTRIES: usize = 64;
+/// Entries kept; the oldest beyond are removed. At 1024x768 they take about a gigabyte.
+const MAX_ENTRIES: usize = 128;
 
 /// A folder of references.
 #[derive(Clone, Debug)]
