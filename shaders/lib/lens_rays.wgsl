@@ -280,6 +280,13 @@ fn sample_blur() -> f32 {
     return BILINEAR_BLUR / f32(adaptive.samples_a_side * adaptive.samples_a_side);
 }
 
+/// The place of a position, px, in the colours of a layer, texels. A texel of the first
+/// layer is the mean of samples from its centre on to the right and down, not around it.
+fn color_place(layer: i32, position: vec2f) -> vec2f {
+    let draws = f32(adaptive.samples_a_side) / f32(adaptive.fineness);
+    return texels_of(adaptive.fineness, position) - select(0.0, 0.5 - 0.5 / draws, layer == 0);
+}
+
 /// Colour of a hit. `limited`: without what emitters bring.
 fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     if hit.layer == SAMPLE {
@@ -287,7 +294,7 @@ fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     }
     let size = vec2f(textureDimensions(radii));
     let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);
-    let ray = texels_of(adaptive.fineness, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let ray = color_place(hit.layer, p - v * (hit.s * shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
     let b = bilinear(at);
     // What lights bring is left out of the first layer's mean.

@@ -94,7 +94,7 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     }
     // A box of `footprint` texels, read bilinearly.
     let read_blur = (footprint * footprint - 0.333) / (k * k);
-    let at = texels_of(adaptive.fineness, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let at = color_place(0, p - v * (hit.s * shrink(hit.s, read_blur)));
     let level = log2(footprint);
     let margin = 0.5 * exp2(ceil(level));
     let size = vec2f(textureDimensions(radii));

@@ -67,8 +67,10 @@ pub struct Plot<'a> {
 
 /// Colours that are told apart in light and dark, and by most colour-blind people; shapes
 /// tell apart what they do not.
-const COLORS: [&str; 10] =
-    ["#3a76c4", "#e07b1f", "#2f9e6b", "#c8423d", "#8a63c9", "#8c6d4f", "#d46fb3", "#7d8590", "#a59a16", "#1ea3b8"];
+const COLORS: [&str; 12] = [
+    "#3a76c4", "#e07b1f", "#2f9e6b", "#c8423d", "#8a63c9", "#8c6d4f", "#d46fb3", "#7d8590", "#a59a16", "#1ea3b8",
+    "#e3b505", "#5c6f2b",
+];
 
 /// Range of an axis in its own (possibly logarithmic) measure.
 #[derive(Clone, Copy)]
