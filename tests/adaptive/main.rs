@@ -431,7 +431,7 @@ fn what_is_blurred_stays_where_it_is() {
         for draws in [1, 2, 3] {
             let shift = shift_down_px(&render(&Adaptive { draws, ..Adaptive::default() }, &mut view, &lens()), &truth);
             println!("{draws} draws: {shift:.4} px");
-            assert!(shift.abs() <= 0.05, "{draws} draws: {shift} px");
+            assert!(shift.abs() <= 0.07, "{draws} draws: {shift} px");
         }
     }
 }
