@@ -103,7 +103,7 @@ impl Part {
     /// Parts that together gather from all tiles within `reach` px.
     fn all(reach: u32) -> Vec<Self> {
         // Of one tile's pixels, the first reaches as far to one side as the last to the other.
-        let side = (2 * reach + TILE_PX - 1) / TILE_PX + 2;
+        let side = (2 * reach).div_ceil(TILE_PX) + 2;
         let rows = (TILES_A_PART / side).max(1);
         let part = |first_row| Self { first_row, rows, is_last: (first_row + rows >= side).into(), _unused: 0 };
         (0..side).step_by(rows as usize).map(part).collect()
