@@ -35,7 +35,7 @@ fn lens(focus_m: f64, depth_m: f64, coc_px: f64) -> Lens {
     common::lens(coc_px / unit.coc_diameter_px(depth_m).abs(), focus_m)
 }
 
-/// Texture reads of a run after one through a other lens, so that all that depends on
+/// Texture reads of a run after one through another lens, so that all that depends on
 /// the lens is made anew, but for layers, which stay until the focus distance has doubled or
 /// halved. Counted, not timed: the same on every machine.
 fn reads(method: &dyn Method, view: &mut View, lens: &Lens) -> f64 {

@@ -71,9 +71,6 @@ fn find_runs(mask: vec2u) {
     run_count = count;
 }
 
-// Loops are few on purpose: llvmpipe ends all loops of an invocation after 65,535 rounds
-// in all, inner ones counted, and what was to come is missing then.
-
 struct Hit {
     /// Layer, NO_HIT for none, or SAMPLE for a sample of the first.
     layer: i32,
@@ -125,6 +122,10 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
 }
 
 /// The same of surfaces up to `last_s`; those behind it may be found or not.
+///
+/// It ends there, and what it calls has few loops: llvmpipe ends all loops of an invocation
+/// after 65,535 rounds in all, inner ones counted, and who traces rays to many lights would
+/// miss the last ones.
 fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {

@@ -24,8 +24,9 @@ fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
     return select(0.0, density, all(uv >= vec2f(0.0)) && all(uv <= vec2f(1.0)));
 }
 
-/// How far, px of s, a surface lies in front of an emitter at least to hide it: more than
-/// layers lie apart at most would show windows through the sign that hangs before them.
+/// How far, px of s, a surface lies in front of an emitter at least to hide it. Layers lie
+/// farther apart than this (`LayerSeparation::of`), so that a layer hides what is behind it,
+/// and an emitter's own surface, a rounding away, does not.
 const IN_FRONT_S = 0.5;
 
 /// What the tile's emitters bring to `p`, each through one ray.

@@ -63,8 +63,9 @@ const HALF_DIAGONAL = 0.70710678;
 /// Radius below which a circle lies within its own pixel.
 const OWN_PIXEL_RADIUS = 0.5;
 
-// Loops are short on purpose, here and by gathering in parts: llvmpipe ends all loops of an
-// invocation after 65,535 rounds in all, and a circle of 100 px has more pixels than that.
+/// Four rows are counted in each round of a loop, and sources are gathered in parts: llvmpipe
+/// ends all loops of an invocation after 65,535 rounds in all, inner ones counted, and a
+/// circle of 300 px across has more pixels than that.
 const FOUR = vec4f(0.0, 1.0, 2.0, 3.0);
 
 /// Sub-pixels of the pixel at `offset` within the circle, row by row of a regular grid, in

@@ -95,8 +95,9 @@ uniform! {
     }
 }
 
-/// Tiles of sources that one pass gathers from. With twice as many, a software adapter that
-/// ends all loops after 65,535 rounds leaves out some of the widest circles' light.
+/// Tiles of sources that one pass gathers from, or one row of them where a row has more. A
+/// software adapter ends all loops of an invocation after 65,535 rounds; how far it gets in
+/// them depends on the circles, and this many stay far enough below.
 const TILES_A_PART: u32 = 16;
 
 impl Part {
@@ -270,9 +271,8 @@ impl Linear {
         frame.expose(CIRCLES, &circles);
         frame.expose(TILE_CIRCLES, &tile_radius);
         let result = frame.color_texture("linear", view.size());
-        let parts = Part::all(params.reach);
         let mut sums = frame.texture(SUMS, UVec2::ONE, wgpu::TextureFormat::Rgba32Float);
-        for part in parts {
+        for part in Part::all(params.reach) {
             let size = if part.is_last == 0 { result.size() } else { UVec2::ONE };
             let new_sums = frame.texture(SUMS, size, wgpu::TextureFormat::Rgba32Float);
             frame

@@ -14,7 +14,8 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Entries kept; the oldest beyond are removed. At 1024x768 they take about a gigabyte.
+/// Entries kept; the oldest beyond are removed. Enough for a table of nine scenes, four CoCs
+/// and two sizes; at 1024x768 they take about a gigabyte.
 const MAX_ENTRIES: usize = 128;
 
 /// A folder of references.

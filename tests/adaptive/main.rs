@@ -295,6 +295,11 @@ fn pixel_m() -> f32 {
     30f32.to_radians().tan() / (0.5 * SIZE.y as f32)
 }
 
+/// Layers that lie `z` of stored depth apart wherever they are.
+fn alike_at_all_depths(z: f32) -> LayerSeparation {
+    LayerSeparation { z, widening_from_z: 1.0 }
+}
+
 /// A half plane in front of a wall: the composite is the disc's share of both.
 #[test]
 fn a_straight_edge_composites_to_the_share_of_the_disc() {
@@ -402,6 +407,7 @@ fn it_is_close_to_accumulation_and_far_closer_than_mipmap() {
             .map(|points| psnr_db(&render(&Adaptive { points, ..Adaptive::default() }, &mut view, &lens), &truth));
         let mipmap_db = psnr_db(&render(&*mipmap, &mut view, &lens), &truth);
         println!("{:?}: {db:.2?} dB with 8, 16, 32 points, mipmap {mipmap_db:.2} dB", lens.aperture);
+        // Half a dB under what they are; with means read beside where they lie, 48.5, 50.7, 49.0.
         assert!(db[0] >= 49.5 && db[1] >= 51.2 && db[2] >= 51.6, "{:?}: {db:?} dB", lens.aperture);
         assert!(db[1] >= mipmap_db + 6.0, "{:?}: {db:?} dB, mipmap {mipmap_db} dB", lens.aperture);
     }
@@ -431,6 +437,8 @@ fn what_is_blurred_stays_where_it_is() {
         for draws in [1, 2, 3] {
             let shift = shift_down_px(&render(&Adaptive { draws, ..Adaptive::default() }, &mut view, &lens()), &truth);
             println!("{draws} draws: {shift:.4} px");
+            // What is left (up to 0.066) has another cause; read at the texel's centre, means stand
+            // 0.085 and more too far up.
             assert!(shift.abs() <= 0.07, "{draws} draws: {shift} px");
         }
     }
@@ -467,8 +475,7 @@ fn samples_hold_the_pinhole_image_at_pixel_centres() {
     frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
     for (fineness, draws) in [(1, 1), (2, 1), (3, 1), (1, 3), (2, 2)] {
-        let order =
-            PeelOrder { count: 2, fineness, draws, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
+        let order = PeelOrder { count: 2, fineness, draws, separation: alike_at_all_depths(0.01) };
         let Peeled { samples, samples_a_side, .. } = view.peeled(&mut frame, &order).unwrap();
         frame.flush();
         assert_eq!(samples.color.size(), color.size * samples_a_side);
@@ -490,8 +497,7 @@ fn samples_lie_between_pixel_centres() {
     let front = quad(1.0, vec2(-9.0, -9.0), vec2(edge_m, 9.0), 0);
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y)]);
     let mut frame = gpu().frame();
-    let order =
-        PeelOrder { count: 1, fineness: 2, draws: 2, separation: LayerSeparation { z: 0.01, widening_from_z: 1.0 } };
+    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation: alike_at_all_depths(0.01) };
     let Peeled { samples, .. } = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let colors = download(gpu(), &samples.color);
@@ -534,6 +540,7 @@ fn many_lights_are_all_there_each_time() {
     for _ in 0..8 {
         let again = render(&Adaptive::default(), &mut view, &noise.lens);
         for (a, b) in first.pixels.iter().zip(&again.pixels) {
+            // Two roundings of f16: sums are of another order.
             assert!((*a - *b).abs().max_element() <= 2e-3 * a.max_element(), "{a} and then {b}");
         }
     }
