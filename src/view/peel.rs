@@ -55,9 +55,9 @@ pub struct PeelOrder {
 pub struct LayerSeparation {
     /// At any depth.
     pub z: f32,
-    /// In front of this depth hidden surfaces lie farther apart, by `WIDENING` in
-    /// `shaders/peel.wgsl` (a twentieth) of what they lie in front of it: mouldings of a blurred column are not told apart, and what is
-    /// behind the column gets the layers.
+    /// In front of this depth hidden surfaces lie farther apart, by a twentieth (`WIDENING` in
+    /// `shaders/peel.wgsl`) of what they lie in front of it: mouldings of a blurred column are
+    /// not told apart, and what is behind the column gets the layers.
     pub widening_from_z: f32,
 }
 
