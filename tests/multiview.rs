@@ -237,6 +237,9 @@ fn empty_slabs_are_not_drawn_and_unchanged_ones_are_kept() {
     let (_, refocused) = render_with_stats(&method, &mut view, &lens(12.0, 2.2));
     assert_eq!(refocused.views, 0, "refocusing moves no slab: {refocused:?}");
     assert_eq!(refocused.skipped.get("slabs unchanged"), Some(&1));
+    let (_, finer) = render_with_stats(&Multiview { samples: 128, ..method }, &mut view, &lens(12.0, 2.2));
+    assert_eq!(finer.views, 0, "more lens points ask for no other slabs: {finer:?}");
+    assert_eq!(finer.skipped.get("slabs unchanged"), Some(&1));
 }
 
 #[test]

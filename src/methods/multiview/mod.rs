@@ -65,9 +65,13 @@ pub const JITTERS: &[&str] = &["sets", "offsets", "off"];
 /// each of them a good set and together a good set again.
 const JITTER_SETS: u32 = 16;
 
+/// Mipmap levels that cones read. As many for any lens and any number of lens points: slabs
+/// with fewer would be drawn anew when more are asked for, which costs far more than levels.
+const CONE_LEVELS: u32 = 6;
+
 /// Widest cone that is read from a mipmap, px: arrays are padded to a multiple of it. With
 /// 8 lens points it is reached at a CoC of over 100 px.
-const WIDEST_CONE_PX: f64 = 32.0;
+const WIDEST_CONE_PX: f64 = (1u32 << (CONE_LEVELS - 1)) as f64;
 
 impl Default for Multiview {
     fn default() -> Self {
@@ -192,7 +196,7 @@ impl Method for Multiview {
             frame.skip("hidden surfaces: an image has none");
         }
         let points = self.lens_points(lens);
-        let slabs = self.slabs(frame, view, lens, &points)?;
+        let slabs = self.slabs(frame, view, lens)?;
         let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
         let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
         let n_buffer = NBuffer::of(frame, view, &slabs, sides.clone());
@@ -283,20 +287,11 @@ impl Multiview {
         self.view_dependent && view.is_scene()
     }
 
-    fn slabs(
-        &self,
-        frame: &mut Frame<'_>,
-        view: &mut View,
-        lens: &Lens,
-        points: &LensPoints,
-    ) -> Result<Slabs, MethodError> {
+    fn slabs(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Slabs, MethodError> {
         let [z_min, z_max] = view.z_bounds(frame);
         let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
         let count = self.slab_count(farthest_px - nearest_px);
-        // Behind what the pinhole image shows there may be more, up to infinity.
-        let greatest_coc_px = nearest_px.abs().max(lens.k_px());
-        let widest_px = (points.cone_per_coc * greatest_coc_px).clamp(1.0, WIDEST_CONE_PX);
-        let levels = widest_px.log2().ceil() as u32 + 1;
+        let levels = if self.cones { CONE_LEVELS } else { 1 };
         let ranges = slab_ranges(z_max, z_min, count, self.overlap);
         Slabs::of(frame, view, SlabsKey { ranges, levels, surfaces: self.shades(view) })
     }
