@@ -79,6 +79,29 @@ fn shards_make_the_whole_and_nothing_is_measured_twice() {
 }
 
 #[test]
+fn variants_in_turn_are_timed_with_what_they_keep() {
+    let slabs = |count: u32| Variant::of("multiview").with("slabs", count);
+    let plan = Plan {
+        scenes: vec!["mirrors".into()],
+        blurs: vec![Blur::MeanCocPx(8.0)],
+        variants: vec![slabs(1), slabs(2)],
+        reference_samples: None,
+        error_maps: false,
+        ..small_plan()
+    };
+    let of_runs = |plan: &Plan| -> Vec<(u64, Option<u64>)> {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        run(plan, folder.path(), Shard::WHOLE, None);
+        let results = Store::open(folder.path(), plan).and_then(|s| s.results(plan)).expect("it reads");
+        let works = results.cells[0].variants.iter().map(|v| &v.work);
+        works.map(|w| (w.drawn.views, w.skipped.get("slabs unchanged").copied())).collect()
+    };
+    assert_eq!(of_runs(&plan), [(0, Some(1)); 2], "each has its own slabs, from the run before");
+    // The pinhole image and the slabs.
+    assert_eq!(of_runs(&Plan { redraw: true, ..plan }), [(2, None), (3, None)]);
+}
+
+#[test]
 fn the_deadline_is_kept_and_other_plans_are_refused() {
     let plan = small_plan();
     let folder = tempfile::tempdir().expect("a temporary folder");

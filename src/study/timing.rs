@@ -89,6 +89,9 @@ pub(super) struct AllTimed {
 
 /// Runs every method in turn, round after round, a copy before each, so that a clock or
 /// other load that changes meanwhile touches all alike.
+///
+/// A method keeps in a view what it made for its last parameters. Where it is there with
+/// several, each timed run follows an untimed one of the same, unless all is drawn anew.
 pub(super) fn time_all(
     gpu: &Gpu,
     view: &mut View,
@@ -104,18 +107,25 @@ pub(super) fn time_all(
         let (mut copies_ms, mut methods_ms) = (Vec::new(), Vec::new());
         for method in methods {
             step(progress, method.about().id, round, all_rounds)?;
+            let record = |frame: &mut Frame<'_>, view: &mut View| {
+                let failed = |source| StudyError::Method { method: method.about().id, source };
+                methods::record(method.as_ref(), frame, view, lens).map_err(failed)
+            };
             copies_ms.extend(copy_once(gpu, view));
             if rounds.redraw {
                 view.redraw();
+            } else if round >= rounds.warmup && shares_what_it_keeps(method.as_ref(), methods) {
+                let mut frame = gpu.frame();
+                record(&mut frame, view)?;
+                frame.finish();
             }
             if round + 1 == all_rounds {
                 let rendered = render(gpu, view, lens, method.as_ref())?;
                 methods_ms.push(rendered.gpu_ms());
                 last.push(rendered);
             } else {
-                let failed = |source| StudyError::Method { method: method.about().id, source };
                 let mut frame = gpu.timed_frame();
-                methods::record(method.as_ref(), &mut frame, view, lens).map_err(failed)?;
+                record(&mut frame, view)?;
                 methods_ms.push(finished_ms(frame));
             }
         }
@@ -135,6 +145,11 @@ pub(super) fn time_all(
         copy_ratio: RunTimes::of(&ratios),
     };
     Ok(AllTimed { methods: last.into_iter().zip(times).map(timed).collect(), copy_ms: RunTimes::of(&copies) })
+}
+
+/// Whether another of `methods` is the same with other parameters.
+fn shares_what_it_keeps(method: &dyn Method, methods: &[Box<dyn Method>]) -> bool {
+    methods.iter().filter(|other| other.about().id == method.about().id).count() > 1
 }
 
 fn copy_once(gpu: &Gpu, view: &mut View) -> Option<f64> {

@@ -7,6 +7,7 @@
 //! slows down meanwhile slows all of them. Times are given in ms, which belong to one
 //! adapter, and as multiples of the copy's time, which can be compared more widely.
 
+pub mod lead;
 pub mod plan;
 pub mod plot;
 pub mod report;

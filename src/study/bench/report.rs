@@ -1,5 +1,6 @@
 //! A benchmark as one HTML page, beside its error maps.
 
+use super::lead::{Lead, leads};
 use super::plan::Blur;
 use super::plot::{Axis, Plot, Point, Series};
 use super::results::{BenchResults, CellResult, VariantResult};
@@ -36,6 +37,7 @@ struct Page<'a> {
     command: &'a str,
     table: Option<&'a tables::Comparison>,
     sections: Vec<Section>,
+    leads: Vec<Vec<String>>,
     maps: Vec<MapGroup>,
     magma: String,
     rows: Vec<Vec<String>>,
@@ -90,6 +92,7 @@ pub fn html(input: &ReportInput<'_>) -> std::io::Result<String> {
         command: input.command,
         table: input.table,
         sections: sections(results),
+        leads: results.cells.iter().flat_map(lead_rows).collect(),
         maps: results.cells.iter().filter_map(map_group).collect(),
         magma: gradient(ColorMap::Magma),
         rows: results.cells.iter().flat_map(rows).collect(),
@@ -121,6 +124,22 @@ fn rows(cell: &CellResult) -> impl Iterator<Item = Vec<String>> {
             format!("{:.1}", v.work.peak_texture_bytes as f64 / f64::from(1 << 20)),
         ]
     })
+}
+
+fn lead_rows(cell: &CellResult) -> impl Iterator<Item = Vec<String>> {
+    let row = |lead: Lead<'_>| {
+        vec![
+            cell.scene.clone(),
+            format!("{}x{}", cell.size[0], cell.size[1]),
+            format!("{:.1}", cell.mean_coc_px),
+            lead.leader.into(),
+            lead.rival.into(),
+            format!("{:+.1}", lead.db_at_equal_time),
+            lead.time_at_equal_error.map_or("never".into(), |share| format!("{share:.2}")),
+            if lead.beaten.is_empty() { "none".into() } else { lead.beaten.join(", ") },
+        ]
+    };
+    leads(cell).into_iter().map(row)
 }
 
 fn map_group(cell: &CellResult) -> Option<MapGroup> {
