@@ -103,6 +103,24 @@ fn render_writes_exr_layers_and_json() {
 }
 
 #[test]
+fn what_a_method_makes_on_its_way_is_saved_with_its_scale() {
+    let folder = folder();
+    let said = stdout(folder.path(), "render scene.glb --size 64x48 --method adaptive --mean-coc 3 --inside in");
+    let written = names(&folder.path().join("in"));
+    let lines: Vec<&str> = said.lines().collect();
+    assert_eq!(lines.len(), written.len() + 1, "a line for each image, and the summary: {said}");
+    for (file, line) in written.iter().zip(&lines) {
+        assert!(line.contains(file), "{line} does not name {file}");
+    }
+    let classes = written.iter().position(|name| name.contains("tile-class")).expect("adaptive has tiles");
+    assert!(lines[classes].ends_with("in focus: copied; one blur; traced"), "{}", lines[classes]);
+    for file in &written {
+        let image = read_color(&folder.path().join("in").join(file)).expect("a PNG");
+        assert!(image.size.cmpge(SIZE / 8).all(), "{file}: a texel for each tile at least, not {}", image.size);
+    }
+}
+
+#[test]
 fn two_eyes_see_the_scene_from_two_places() {
     let folder = folder();
     let render = |size: &str, stereo: &str, out: &str| {
@@ -285,6 +303,9 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("render scene.glb -o out.png --stereo parallel --ipd-mm -3", 2, "give millimetres from 0 to 1000"),
     ("render scene.glb -o out.png --stereo parallel --stereo-window 0", 2, "give metres from 0.05 on"),
     ("render scene.glb -o out.png --ipd-mm 60", 2, "--stereo"),
+    ("render scene.glb --inside in --stereo parallel", 2, "cannot be used with"),
+    ("render scene.glb --inside in --method raytrace", 1, "raytrace has nothing --inside"),
+    ("render scene.glb --inside no/in", 1, "make it first"),
     ("render scene.glb", 2, "--output"),
     ("render -o out.png", 2, "SCENE"),
     ("render scene.glb -o out.png --size banana", 2, "such as 1024x768"),

@@ -75,7 +75,7 @@ fn of_reading(reading: &Reading) -> Legend {
         _ => Vec::new(),
     };
     Legend {
-        map: reading.map(),
+        map: reading.map,
         title: reading.quantity.name.into(),
         low: value_text(&reading.quantity, low),
         high: value_text(&reading.quantity, high),

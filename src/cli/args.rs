@@ -67,8 +67,11 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: Option<u32>,
     /// The image to write: .png as a display shows it, .exr linear with depth Z and CoC C
-    #[arg(short, long, value_name = "FILE", required_unless_present = "json")]
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["json", "inside"])]
     pub output: Option<PathBuf>,
+    /// Folder for the textures that the method makes on its way, an image each, with their scales
+    #[arg(long, value_name = "DIR", conflicts_with = "layout")]
+    pub inside: Option<PathBuf>,
     #[command(flatten)]
     pub stereo: StereoOptions,
     #[command(flatten)]

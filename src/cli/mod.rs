@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod compare;
 mod diff;
+mod inside;
 mod list;
 mod options;
 mod output;

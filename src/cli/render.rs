@@ -1,7 +1,8 @@
 //! `defocus render`: one image by one method.
 
 use super::args::RenderArgs;
-use super::output::{ImageKind, check_folder_of, check_json, is_stdout, print, write_json};
+use super::inside;
+use super::output::{ImageKind, check_folder_of, check_json, check_target, is_stdout, print, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -27,12 +28,14 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         stereo::check_linear(stereo)?;
     }
     args.output.as_deref().map_or(Ok(()), check_folder_of)?;
+    args.inside.as_deref().map_or(Ok(()), check_target)?;
     check_json(args.run.json.json.as_ref())?;
     let method = if args.method == "raytrace" { None } else { Some(chosen(args)?) };
     ensure!(
         method.is_some() || args.view.settings.is_empty(),
         "raytrace has no parameters to --set; it takes --samples and --view-dependent"
     );
+    ensure!(method.is_some() || args.inside.is_none(), "raytrace has nothing --inside: it makes no textures");
 
     let mut setup = Setup::new(&SetupOptions {
         scene: &args.scene,
@@ -52,6 +55,13 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         Some(stereo) => Picture::of_two(&mut setup, stereo, display, &mut draw)?,
         None => Picture::of_one(&mut setup, display, &mut draw)?,
     };
+    let images = match (&method, &args.inside) {
+        (Some(method), Some(_)) => {
+            let gpu = setup.gpu();
+            study::look_inside(&gpu, &mut setup.view, &setup.lens, method.as_ref(), &display)?
+        }
+        _ => Vec::new(),
+    };
     drop(bar);
 
     let setting = Setting { size: picture.rendered.color.size.to_array(), ..setup.setting() };
@@ -61,7 +71,11 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         write(kind, file, &picture, &setup)?;
     }
     write_json(args.run.json.json.as_ref(), &json)?;
-    if !args.run.quiet && !is_stdout(args.run.json.json.as_ref()) {
+    let quiet = args.run.quiet || is_stdout(args.run.json.json.as_ref());
+    if let Some(folder) = &args.inside {
+        inside::write(folder, &images, quiet)?;
+    }
+    if !quiet {
         print(&summary(&json))?;
     }
     Ok(())

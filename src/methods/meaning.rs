@@ -36,6 +36,25 @@ pub enum Scale {
     Classes(&'static [(f32, &'static str)]),
 }
 
+impl Scale {
+    /// Stored values at the ends of the colours, where values lie from `found[0]` to
+    /// `found[1]`.
+    pub fn ends(self, found: [f32; 2]) -> [f32; 2] {
+        let [low, high] = found;
+        match self {
+            Self::Found => found,
+            Self::Signed => {
+                let most = low.abs().max(high.abs());
+                [-most, most]
+            }
+            Self::Whole => [low.round(), high.round()],
+            Self::Classes(classes) => {
+                [classes.first().map_or(0.0, |(value, _)| *value), classes.last().map_or(1.0, |(value, _)| *value)]
+            }
+        }
+    }
+}
+
 impl Quantity {
     /// A number of that name; `unit` has its leading space.
     pub fn new(name: &'static str, unit: &'static str, scale: Scale) -> Self {
@@ -45,6 +64,13 @@ impl Quantity {
     /// The same where a stored 1 stands for `one` units.
     pub fn worth(self, one: f32) -> Self {
         Self { one, ..self }
+    }
+}
+
+impl Default for Quantity {
+    /// A number of which nothing is known.
+    fn default() -> Self {
+        Self::new("value", "", Scale::Found)
     }
 }
 
@@ -59,11 +85,33 @@ impl Meaning {
         Self::numbers([Quantity::new("near / depth", "", Scale::Found)])
     }
 
+    /// The numbers of a texture with so many channels; none of a picture.
+    pub fn channels(&self, components: u8) -> Vec<Quantity> {
+        match self {
+            Self::Picture if components == 1 => vec![Quantity::default()],
+            Self::Picture => Vec::new(),
+            Self::Numbers(channels) => channels.clone(),
+        }
+    }
+
     /// The numbers, if it is none of a picture.
     pub fn quantities(&self) -> &[Quantity] {
         match self {
             Self::Picture => &[],
             Self::Numbers(channels) => channels,
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn scales_hold_what_was_found() {
+        assert_eq!(Scale::Found.ends([1.0, 3.0]), [1.0, 3.0]);
+        assert_eq!(Scale::Signed.ends([-2.0, 6.0]), [-6.0, 6.0]);
+        assert_eq!(Scale::Whole.ends([0.9, 3.1]), [1.0, 3.0]);
+        assert_eq!(Scale::Classes(&[(0.0, "a"), (0.5, "b"), (1.0, "c")]).ends([0.0, 0.5]), [0.0, 1.0]);
     }
 }

@@ -3,6 +3,7 @@
 use super::{FORMAT, Map, Place, Present, SHADER};
 use crate::display::Display;
 use crate::gpu::{Frame, Texture};
+use crate::methods::Scale;
 use crate::uniform;
 use glam::UVec2;
 
@@ -78,7 +79,18 @@ pub struct Numbers<'a> {
     pub ends: [f32; 2],
 }
 
-impl Numbers<'_> {
+impl<'a> Numbers<'a> {
+    /// A channel in the colours of `scale`. Waits for the GPU where those depend on what is
+    /// found; without a finite number they go from 0 to 1.
+    pub fn on(frame: &mut Frame<'_>, slice: Slice<'a>, channel: u32, scale: Scale) -> Self {
+        let found = match scale {
+            Scale::Classes(_) => None,
+            _ => slice_range(frame, slice, channel),
+        };
+        let map = if scale == Scale::Signed { Map::Diverging } else { Map::Sequential };
+        Self { slice, channel, map, ends: scale.ends(found.unwrap_or([0.0, 1.0])) }
+    }
+
     /// The numbers alone, as large as their slice.
     pub fn alone(&self, frame: &mut Frame<'_>) -> Texture {
         let result = frame.texture("slice", self.slice.size(), FORMAT);

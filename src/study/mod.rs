@@ -4,6 +4,7 @@
 pub mod bench;
 pub mod cache;
 pub mod compare;
+pub mod inside;
 pub mod reference;
 pub mod render;
 pub mod report;
@@ -13,6 +14,7 @@ pub mod stress;
 pub mod timing;
 
 pub use compare::{CompareRequest, Comparison, MethodResult};
+pub use inside::{InsideImage, look_inside};
 pub use reference::{Reference, ReferenceRequest, Truth};
 pub use render::{Rendered, render};
 pub use source::{DepthArgs, GpuSource, Source, SourceError};

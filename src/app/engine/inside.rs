@@ -3,7 +3,7 @@
 use super::{Engine, Pane};
 use crate::app::document::{PaneId, Show};
 use crate::gpu::{Gpu, Texture};
-use crate::methods::{Meaning, Quantity, Scale};
+use crate::methods::{Meaning, Quantity};
 use crate::present::Map;
 use glam::{DVec2, UVec2};
 use half::f16;
@@ -15,36 +15,13 @@ pub struct Reading {
     pub quantity: Quantity,
     /// Stored values at the ends of the colour map.
     pub ends: [f32; 2],
+    /// The colours.
+    pub map: Map,
     /// Mipmap level, array layer and channel.
     pub(super) at: (u32, u32, u32),
 }
 
 impl Reading {
-    /// A scale for values from `found[0]` to `found[1]`.
-    pub(super) fn new(quantity: Quantity, found: [f32; 2], at: (u32, u32, u32)) -> Self {
-        let [low, high] = found;
-        let ends = match quantity.scale {
-            Scale::Found => [low, high],
-            Scale::Signed => {
-                let most = low.abs().max(high.abs());
-                [-most, most]
-            }
-            Scale::Whole => [low.round(), high.round()],
-            Scale::Classes(classes) => {
-                [classes.first().map_or(0.0, |(value, _)| *value), classes.last().map_or(1.0, |(value, _)| *value)]
-            }
-        };
-        Self { quantity, ends, at }
-    }
-
-    /// The colours.
-    pub fn map(&self) -> Map {
-        match self.quantity.scale {
-            Scale::Signed => Map::Diverging,
-            _ => Map::Sequential,
-        }
-    }
-
     /// Place of a stored value on the map, from 0 to 1.
     pub fn place(&self, value: f32) -> f32 {
         let [low, high] = self.ends;
@@ -139,14 +116,11 @@ mod tests {
     use super::*;
 
     #[test]
-    fn scales_hold_what_was_found() {
-        let reading = |scale, found| Reading::new(Quantity::new("x", "", scale), found, (0, 0, 0));
-        assert_eq!(reading(Scale::Found, [1.0, 3.0]).ends, [1.0, 3.0]);
-        let signed = reading(Scale::Signed, [-2.0, 6.0]);
-        assert_eq!((signed.ends, signed.place(0.0)), ([-6.0, 6.0], 0.5));
-        let classes = reading(Scale::Classes(&[(0.0, "a"), (0.5, "b"), (1.0, "c")]), [0.0, 0.5]);
-        assert_eq!((classes.ends, classes.place(0.5)), ([0.0, 1.0], 0.5));
+    fn values_have_a_place_between_the_ends() {
+        let reading = |ends| Reading { quantity: Quantity::default(), ends, map: Map::Sequential, at: (0, 0, 0) };
+        assert_eq!(reading([-6.0, 6.0]).place(0.0), 0.5);
+        assert_eq!(reading([0.0, 1.0]).place(2.0), 1.0);
         // One value alone has a place too.
-        assert_eq!(reading(Scale::Whole, [2.0, 2.0]).place(2.0), 0.0);
+        assert_eq!(reading([2.0, 2.0]).place(2.0), 0.0);
     }
 }

@@ -8,7 +8,7 @@ use crate::combine;
 use crate::display::Display;
 use crate::gpu::{Frame, Texture};
 use crate::lens::Lens;
-use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Meaning, Method, Quantity, Scale};
+use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Meaning, Method};
 use crate::present::{self, DifferenceOf, Map, Numbers, Overlay, Place, Slice};
 use crate::view::View;
 use glam::UVec2;
@@ -337,14 +337,10 @@ impl Pane {
             return Some(present::slice_picture(frame, slice, display));
         };
         let quantity = meaning.quantities().get(channel as usize).cloned();
-        let quantity = quantity.unwrap_or(Quantity::new("value", "", Scale::Found));
-        let found = match quantity.scale {
-            Scale::Classes(_) => [0.0, 1.0],
-            _ => present::slice_range(frame, slice, channel).unwrap_or([0.0, 1.0]),
-        };
-        let reading = Reading::new(quantity, found, (level, layer, channel));
-        let numbers = Numbers { slice, channel, map: reading.map(), ends: reading.ends };
-        self.reading = Some(reading);
+        let quantity = quantity.unwrap_or_default();
+        let numbers = Numbers::on(frame, slice, channel, quantity.scale);
+        let Numbers { ends, map, .. } = numbers;
+        self.reading = Some(Reading { quantity, ends, map, at: (level, layer, channel) });
         let picture = self.linear.as_ref().filter(|linear| self.state.opacity < 1.0 && linear.size() == view.size());
         let Some(picture) = picture else {
             self.place = Some(place);
