@@ -124,7 +124,7 @@ fn colours(window: &Window) -> Vec<([u8; 3], [u8; 3])> {
         let pixel = (at * shown.size.as_dvec2()).as_uvec2();
         let [r, g, b, _] = shown.at(pixel.x, pixel.y);
         let (reading, value) = engine.inside_at(PaneId(1), at).expect("numbers are shown");
-        ([r, g, b], reading.map().srgb8(reading.place(value)))
+        ([r, g, b], reading.map.srgb8(reading.place(value)))
     };
     places.map(colour).collect()
 }

@@ -19,12 +19,17 @@
 @group(0) @binding(7) var<storage, read_write> emitter_lists: array<u32>;
 @group(0) @binding(8) var<storage, read_write> emitters: array<Emitter>;
 
+const NO_CELL = 9u;
+
+/// Most layers that there are (`MAX_LAYERS` in src/methods/adaptive/mod.rs).
+const MAX_LAYERS = 4u;
+
 /// Of the pixels of the workgroup, in one layer.
 var<workgroup> light_of: array<Light, 64>;
 /// log2 of the cell's side; NO_CELL where there is nothing over the limit.
 var<workgroup> cell_levels: array<u32, 64>;
-
-const NO_CELL = 9u;
+/// The levels of each layer's cells, a bit each: none without light.
+var<workgroup> levels_seen: array<atomic<u32>, MAX_LAYERS>;
 
 /// Cells of sides 1, 2, 4 and 8 px in 8x8 of them.
 const CELLS = 85u;
@@ -49,11 +54,15 @@ fn find_emitters(
         light_of[index] = light;
         cell_levels[index] = NO_CELL;
         if light.weight > 0.0 {
-            cell_levels[index] = u32(clamp(floor(log2(0.25 * abs(s_of(light)))), 0.0, 3.0));
+            let level = u32(clamp(floor(log2(0.25 * abs(s_of(light)))), 0.0, 3.0));
+            cell_levels[index] = level;
+            atomicOr(&levels_seen[layer], 1u << level);
         }
         workgroupBarrier();
-        for (var cell = index; cell < CELLS; cell += 64u) {
-            emit(corner, cell);
+        // Loops that end at once, no branches: software adapters run both sides of those.
+        let seen = atomicLoad(&levels_seen[layer]);
+        for (var cell = index; cell < select(0u, CELLS, seen != 0u); cell += 64u) {
+            emit(corner, cell, seen);
         }
         workgroupBarrier();
     }
@@ -67,8 +76,14 @@ fn s_of(light: Light) -> f32 {
 /// What a hidden layer has over the limit in a pixel.
 fn light_at(pixel: vec2u, layer: u32) -> Light {
     let k = adaptive.fineness;
-    var light = Light();
+    var nearest = -1.0;
     for (var i = 0u; i < k * k; i++) {
+        nearest = max(nearest, textureLoad(depth, k * pixel + vec2u(i % k, i / k), layer, 0).r);
+    }
+    // Most of a hidden layer is empty.
+    let count = select(0u, k * k, nearest >= 0.0);
+    var light = Light();
+    for (var i = 0u; i < count; i++) {
         let part = vec2u(i % k, i / k);
         let z = textureLoad(depth, k * pixel + part, layer, 0).r;
         if z >= 0.0 {
@@ -79,8 +94,9 @@ fn light_at(pixel: vec2u, layer: u32) -> Light {
     return light;
 }
 
-/// Sums the pixels of one cell, if there is light in any, to an emitter.
-fn emit(corner: vec2i, cell: u32) {
+/// Sums the pixels of one cell, if there is light in any, to an emitter; `seen` are the
+/// levels of all that there is.
+fn emit(corner: vec2i, cell: u32, seen: u32) {
     let level = select(select(select(3u, 2u, cell < 84u), 1u, cell < 80u), 0u, cell < 64u);
     let place = cell - array<u32, 4>(0u, 64u, 80u, 84u)[level];
     let side = 1u << level;
@@ -90,7 +106,8 @@ fn emit(corner: vec2i, cell: u32) {
     // First and second moments about the centre of the cell's first pixel.
     var mean = vec2f(0.0);
     var moments = vec3f(0.0);
-    for (var i = 0u; i < side * side; i++) {
+    let count = select(0u, side * side, (seen >> level & 1u) != 0u);
+    for (var i = 0u; i < count; i++) {
         let from_origin = vec2u(i % side, i / side);
         let index = (origin.y + from_origin.y) * TILE + origin.x + from_origin.x;
         if cell_levels[index] == level {
