@@ -106,7 +106,7 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
     // First and second moments about the centre of the cell's first pixel.
     var mean = vec2f(0.0);
     var moments = vec3f(0.0);
-    let count = select(0u, side * side, (seen >> level & 1u) != 0u);
+    let count = select(0u, side * side, ((seen >> level) & 1u) != 0u);
     for (var i = 0u; i < count; i++) {
         let from_origin = vec2u(i % side, i / side);
         let index = (origin.y + from_origin.y) * TILE + origin.x + from_origin.x;

@@ -2,6 +2,7 @@
 
 use super::output::print;
 use super::progress::check_interrupt;
+use anyhow::Context;
 use defocus::image_io::write_png_rgb;
 use defocus::methods::{Quantity, Scale};
 use defocus::study::InsideImage;
@@ -10,7 +11,7 @@ use std::path::Path;
 /// Writes the images into `folder`, which is made if it is not there, and says, unless
 /// `quiet`, what each holds.
 pub fn write(folder: &Path, images: &[InsideImage], quiet: bool) -> anyhow::Result<()> {
-    std::fs::create_dir_all(folder)?;
+    std::fs::create_dir_all(folder).with_context(|| format!("{}: cannot make this folder", folder.display()))?;
     for image in images {
         check_interrupt()?;
         let file = folder.join(file_name(image));

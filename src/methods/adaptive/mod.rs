@@ -46,7 +46,7 @@ const POINTS: &[&str] = &["8", "16", "32", "64"];
 /// Names of the numbers of off-centre views.
 const VIEWS: &[&str] = &["0", "4"];
 
-/// Layers that fit in one texel of radii.
+/// Layers that fit in one texel of radii; `adaptive_highlights.wgsl` has a word for each.
 const MAX_LAYERS: u32 = 4;
 
 /// Frames submitted at once.
