@@ -41,6 +41,8 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Numerical stability: every method under extreme conditions, the first bad pixel named
     Stress(StressArgs),
+    /// Random scenes against the reference: where each method is worst, and how bad
+    Gauntlet(GauntletArgs),
     /// List the methods with their parameters
     Methods(ListArgs),
     /// List the built-in scenes
@@ -234,6 +236,37 @@ pub struct StressArgs {
     /// One part alone [default: all three]
     #[arg(long, value_name = "PART")]
     pub only: Option<StressPart>,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus gauntlet`.
+#[derive(Debug, Args)]
+pub struct GauntletArgs {
+    /// 100 scenes unless --scenes says otherwise
+    #[arg(long)]
+    pub quick: bool,
+    /// Seed of the scenes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Number of scenes [default: 1000; quick: 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub scenes: Option<u64>,
+    /// Scenes of this family only [default: all families in turn; --families lists them]
+    #[arg(long, value_name = "NAME")]
+    pub family: Option<String>,
+    /// List the families and end
+    #[arg(long)]
+    pub families: bool,
+    /// The methods, separated by commas, or all [default: all but pinhole and accumulation]
+    #[arg(long, value_name = "A,B|all")]
+    pub methods: Option<String>,
+    /// Set a parameter of a method (repeatable), as `defocus methods` lists them
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Size of the scenes' frames, px
+    #[arg(long, value_name = "WxH", default_value = "128x96", value_parser = parse_size)]
+    pub size: UVec2,
     #[command(flatten)]
     pub run: RunOptions,
 }

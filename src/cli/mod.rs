@@ -4,6 +4,7 @@ mod args;
 mod bench;
 mod compare;
 mod diff;
+mod gauntlet;
 mod inside;
 mod list;
 mod options;
@@ -39,6 +40,7 @@ fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Diff(args)) => diff::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Stress(args)) => stress::run(args),
+        Some(Command::Gauntlet(args)) => gauntlet::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),
         Some(Command::Scenes(args)) => list::scenes(args.json),
         Some(Command::Lenses(args)) => list::lenses(args.json),

@@ -63,9 +63,9 @@ impl Setup {
             view.set_camera(Camera { position: pose.position, orientation: pose.orientation, ..camera });
         }
         let depth = view.depth_m(&gpu);
-        let lens = focused_and_open(options.lens, parts, &depth, source.focus_hint_m())?;
+        let lens = focused_and_open(options.lens, parts, &depth, &source)?;
         let overscan = match options.view.overscan {
-            Overscan::Auto => auto_overscan_px(&lens, &depth),
+            Overscan::Auto => auto_overscan(&source, &lens, &depth),
             Overscan::Pixels(px) => px,
         };
         if source.is_scene() {
@@ -124,15 +124,7 @@ fn depth_args(options: &SceneOptions) -> anyhow::Result<DepthArgs> {
 fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
     let preset = presets::preset(options.lens.as_deref().unwrap_or("projection"))?.lens;
     let given_diameter_mm = options.aperture_diameter_mm.or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
-    let lens = Lens {
-        aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0),
-        focal_length_mm: options.focal_length_mm.unwrap_or(preset.focal_length_mm),
-        image_distance_mm: options.image_distance_mm.unwrap_or(preset.image_distance_mm),
-        screen_distance_mm: options.screen_distance_mm.unwrap_or(preset.screen_distance_mm),
-        density_px_per_mm: options.density_px_per_mm.unwrap_or(preset.density_px_per_mm),
-        focus_distance_m: options.focus.unwrap_or(preset.focus_distance_m),
-        aperture: options.aperture.clone().unwrap_or(preset.aperture),
-    };
+    let lens = overridden(options, Lens { aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0), ..preset });
     let unfocused = options.focus.is_none();
     Lens { focus_distance_m: if unfocused { f64::INFINITY } else { lens.focus_distance_m }, ..lens.clone() }.check()?;
     if let Some(px) = options.mean_coc {
@@ -141,17 +133,35 @@ fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
     Ok(lens)
 }
 
-fn focused_and_open(
-    options: &LensOptions,
-    parts: Lens,
-    depth: &DepthImage,
-    focus_hint_m: Option<f64>,
-) -> anyhow::Result<Lens> {
-    let mut lens = parts;
+/// `lens` with what the options say in place of its own.
+fn overridden(options: &LensOptions, lens: Lens) -> Lens {
+    Lens {
+        aperture_diameter_mm: options.aperture_diameter_mm.unwrap_or(lens.aperture_diameter_mm),
+        focal_length_mm: options.focal_length_mm.unwrap_or(lens.focal_length_mm),
+        image_distance_mm: options.image_distance_mm.unwrap_or(lens.image_distance_mm),
+        screen_distance_mm: options.screen_distance_mm.unwrap_or(lens.screen_distance_mm),
+        density_px_per_mm: options.density_px_per_mm.unwrap_or(lens.density_px_per_mm),
+        focus_distance_m: options.focus.unwrap_or(lens.focus_distance_m),
+        aperture: options.aperture.clone().unwrap_or(lens.aperture),
+    }
+}
+
+/// The margin that a source is made for, with the lens that it is made for; else what the
+/// greatest CoC in view asks for.
+fn auto_overscan(source: &Source, lens: &Lens, depth: &DepthImage) -> u32 {
+    let made_for = source.made_for().filter(|made_for| made_for.lens_at(depth.size.y) == *lens);
+    made_for.map_or_else(|| auto_overscan_px(lens, depth), |made_for| made_for.overscan_px_at(depth.size.y))
+}
+
+fn focused_and_open(options: &LensOptions, parts: Lens, depth: &DepthImage, source: &Source) -> anyhow::Result<Lens> {
+    // Only a lens that nobody chose is focused and opened by what is in view.
+    let made_for = source.made_for().filter(|_| options.lens.is_none());
+    let free = options.lens.is_none() && made_for.is_none();
+    let mut lens = made_for.map_or(parts, |made_for| overridden(options, made_for.lens_at(depth.size.y)));
     if let Some(at) = options.focus_at {
         lens.focus_distance_m = depth_under(depth, at)?;
-    } else if options.focus.is_none() && options.lens.is_none() {
-        lens.focus_distance_m = default_focus_m(depth, focus_hint_m).unwrap_or(lens.focus_distance_m);
+    } else if options.focus.is_none() && free {
+        lens.focus_distance_m = default_focus_m(depth, source.focus_hint_m()).unwrap_or(lens.focus_distance_m);
         if options.focal_length_mm.is_none() {
             // A scene a few centimetres wide is nearer than an eye's focal length.
             lens.focal_length_mm = lens.focal_length_mm.min(0.5 * lens.focus_distance_m * MM_PER_M);
@@ -161,7 +171,7 @@ fn focused_and_open(
         lens = lens.with_mean_coc(px, depth.pixels.iter().copied()).context(
             "--mean-coc: all of the image lies at the focus distance, so that no aperture blurs it; choose another --focus",
         )?;
-    } else if options.aperture_diameter_mm.is_none() && options.lens.is_none() {
+    } else if options.aperture_diameter_mm.is_none() && free {
         lens = visibly_open(lens, depth);
     }
     lens.check()?;

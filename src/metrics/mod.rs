@@ -83,6 +83,15 @@ pub struct Metrics {
     pub worst_block: Option<UVec2>,
 }
 
+/// [`Metrics::psnr_db`] and [`Metrics::worst_block_psnr_db`] alone.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Psnr {
+    /// Over all pixels, dB; `None` where all display values are equal.
+    pub psnr_db: Option<f64>,
+    /// First pixel and PSNR, dB, of the worst block; `None` as `psnr_db`.
+    pub worst_block: Option<(UVec2, f64)>,
+}
+
 /// Why two images cannot be compared.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MetricsError {
@@ -143,6 +152,17 @@ pub fn compare(test: &ColorImage, reference: &ColorImage, options: &CompareOptio
         worst_block_psnr_db: worst.map(|(_, psnr_db)| psnr_db),
         worst_block: worst.map(|(origin, _)| origin),
     })
+}
+
+/// The PSNR of `test` against `reference`, both linear HDR, as `display` shows them: what
+/// [`compare`] says of it, for a small part of the time.
+///
+/// Errors if the sizes differ or are 0, or if a pixel is not finite.
+pub fn psnr(test: &ColorImage, reference: &ColorImage, display: Display) -> Result<Psnr, MetricsError> {
+    check_pair("test image", test, reference)?;
+    let errors = psnr::squared_errors(&display.encoded_image(test), &display.encoded_image(reference));
+    let psnr_db = psnr::psnr_db(errors.pixels.iter().copied());
+    Ok(Psnr { psnr_db, worst_block: psnr::worst_block(&errors) })
 }
 
 /// Relative mean squared error of linear HDR values over pixels and channels:

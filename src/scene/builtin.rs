@@ -127,6 +127,7 @@ impl BuiltinPicture {
             unknown_share: 0.0,
             nonfinite_pixels: 0,
             notes: Vec::new(),
+            made_for: None,
         }
     }
 }

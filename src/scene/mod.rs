@@ -9,6 +9,7 @@ pub mod rgbd;
 pub use error::SceneError;
 
 use crate::camera::Camera;
+use crate::lens::Lens;
 use glam::{DAffine3, UVec2, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
@@ -36,6 +37,37 @@ pub struct Scene {
     pub focus_hint_m: Option<f64>,
     /// What was approximated or left out while loading, one sentence each.
     pub notes: Vec<String>,
+    /// The lens and the frame that it is made for, of a scene that is made for one.
+    pub made_for: Option<MadeFor>,
+}
+
+/// The lens and the frame that a scene is made for.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MadeFor {
+    /// The lens.
+    pub lens: Lens,
+    /// Size of the frame, px.
+    pub size: UVec2,
+    /// Margin around it, px.
+    pub overscan_px: u32,
+}
+
+impl MadeFor {
+    /// The lens that makes the same picture in a frame `height_px` high: its CoC in pixels
+    /// grows with the frame.
+    pub fn lens_at(&self, height_px: u32) -> Lens {
+        let aperture_diameter_mm = self.lens.aperture_diameter_mm * self.growth(height_px);
+        Lens { aperture_diameter_mm, ..self.lens.clone() }
+    }
+
+    /// The margin of a frame `height_px` high, px.
+    pub fn overscan_px_at(&self, height_px: u32) -> u32 {
+        (f64::from(self.overscan_px) * self.growth(height_px)).ceil() as u32
+    }
+
+    fn growth(&self, height_px: u32) -> f64 {
+        f64::from(height_px) / f64::from(self.size.y)
+    }
 }
 
 /// A triangle mesh in object space.

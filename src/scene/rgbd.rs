@@ -8,6 +8,7 @@ pub use encoding::{DepthEncoding, DepthKind, EncodingError};
 use crate::image::{ColorImage, DepthImage, Image};
 use crate::image_io::exr_planes::{ExrPlanes, Window};
 use crate::image_io::{self, ImageError};
+use crate::scene::MadeFor;
 use encoding::Measured;
 use glam::{IVec2, UVec2, Vec3};
 use image::DynamicImage;
@@ -32,6 +33,8 @@ pub struct RgbdScene {
     pub nonfinite_pixels: usize,
     /// What was filled in or approximated, one sentence each.
     pub notes: Vec<String>,
+    /// The lens and the frame that it is made for, of an image that is made for one.
+    pub made_for: Option<MadeFor>,
 }
 
 /// Why an image with depth cannot be used.
@@ -206,5 +209,5 @@ fn complete(name: String, mut color: ColorImage, measured: &[Measured], fov_y: f
             "{nonfinite_pixels} pixels with a colour that is not finite or a depth that is not positive are replaced from their surroundings"
         ));
     }
-    Ok(RgbdScene { name, color, depth, fov_y, unknown_share, nonfinite_pixels, notes })
+    Ok(RgbdScene { name, color, depth, fov_y, unknown_share, nonfinite_pixels, notes, made_for: None })
 }

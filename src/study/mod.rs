@@ -4,7 +4,10 @@
 pub mod bench;
 pub mod cache;
 pub mod compare;
+pub mod devices;
+pub mod gauntlet;
 pub mod inside;
+pub mod random;
 pub mod reference;
 pub mod render;
 pub mod report;

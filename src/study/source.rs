@@ -6,7 +6,8 @@ use crate::image::{DepthImage, Image};
 use crate::lens::{Lens, MM_PER_M};
 use crate::presets;
 use crate::scene::rgbd::{self, DepthEncoding, RgbdError, RgbdScene};
-use crate::scene::{Scene, SceneError, builtin, gltf};
+use crate::scene::{MadeFor, Scene, SceneError, builtin, gltf};
+use crate::study::gauntlet;
 use crate::view::{GpuScene, SurfaceOptions, View, ViewError};
 use glam::{UVec2, uvec2};
 use std::path::{Path, PathBuf};
@@ -53,7 +54,7 @@ pub enum SourceError {
     Image(#[from] RgbdError),
     /// Neither a built-in name nor a file of a known kind.
     #[error(
-        "there is no scene '{}': give a built-in name ({known}), a .glb or .gltf file, or a .png, .jpg, .hdr or .exr image with depth",
+        "there is no scene '{}': give a built-in name ({known}), gauntlet:SEED, a .glb or .gltf file, or a .png, .jpg, .hdr or .exr image with depth",
         spec.escape_debug()
     )]
     Unknown {
@@ -61,6 +62,17 @@ pub enum SourceError {
         spec: String,
         /// The built-in names.
         known: String,
+    },
+    /// A name that no generated scene has.
+    #[error(transparent)]
+    Generated(#[from] gauntlet::NameError),
+    /// A file with a generated scene that cannot be used.
+    #[error("{}: {source}", path.display())]
+    SpecFile {
+        /// The file.
+        path: PathBuf,
+        /// What is wrong.
+        source: gauntlet::SpecError,
     },
     /// A depth file beside a scene.
     #[error("{spec} is a scene, which has its own depth: leave out --depth")]
@@ -90,7 +102,8 @@ pub enum Source {
 }
 
 impl Source {
-    /// Opens a built-in scene by name, a `.glb` or `.gltf` file, or an image with depth.
+    /// Opens a built-in scene by name, one of the [gauntlet](crate::study::gauntlet) by its
+    /// name or its `.ron` file, a `.glb` or `.gltf` file, or an image with depth.
     ///
     /// # Errors
     ///
@@ -99,15 +112,23 @@ impl Source {
         let path = Path::new(spec);
         let builtin = builtin::builtin(spec);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        let is_scene = builtin.is_some() || matches!(extension.as_str(), "glb" | "gltf");
+        let generated = gauntlet::named(spec).transpose()?;
+        let is_scene = builtin.is_some() || generated.is_some() || matches!(extension.as_str(), "glb" | "gltf" | "ron");
         if is_scene && depth.file.is_some() {
             return Err(SourceError::DepthOfScene { spec: spec.into() });
+        }
+        if let Some(generated) = generated {
+            return Ok(generated.source());
         }
         if let Some(picture) = builtin::pictures().iter().find(|p| p.name == spec) {
             return Ok(Self::Image(Arc::new(picture.load())));
         }
         match (builtin, extension.as_str()) {
             (Some(builtin), _) => Ok(Self::Scene(Arc::new(builtin.load()?))),
+            (None, "ron") => {
+                let spec_file = |source| SourceError::SpecFile { path: path.into(), source };
+                Ok(gauntlet::SceneSpec::read(path).map_err(spec_file)?.source())
+            }
             (None, "glb" | "gltf") => Ok(Self::Scene(Arc::new(gltf::load(path)?))),
             (None, "png" | "jpg" | "jpeg" | "hdr" | "exr") => {
                 let image = rgbd::load(path, depth.file.as_deref(), &depth.encoding, DEFAULT_IMAGE_FOV_Y)?;
@@ -167,6 +188,9 @@ impl Source {
         match self {
             Self::Image(image) => image.color.size,
             Self::Scene(scene) => {
+                if let Some(made_for) = &scene.made_for {
+                    return made_for.size;
+                }
                 let aspect = scene.cameras.get(camera).and_then(|c| c.camera.aspect);
                 let width = aspect.map_or(DEFAULT_SIZE.x, |a| (f64::from(DEFAULT_SIZE.y) * a).round().max(1.0) as u32);
                 uvec2(width, DEFAULT_SIZE.y)
@@ -195,6 +219,14 @@ impl Source {
         }
     }
 
+    /// The lens and the frame that it is made for, if it is made for one.
+    pub fn made_for(&self) -> Option<&MadeFor> {
+        match self {
+            Self::Scene(scene) => scene.made_for.as_ref(),
+            Self::Image(image) => image.made_for.as_ref(),
+        }
+    }
+
     /// Whether there is more to draw than one pinhole image.
     pub fn is_scene(&self) -> bool {
         matches!(self, Self::Scene(_))
@@ -209,9 +241,13 @@ impl Source {
         GpuSource { gpu: gpu.clone(), source: self.clone(), options, scene }
     }
 
-    /// A lens to start from: [`default_lens`] at the author's focus distance.
+    /// A lens to start from: that which the source is made for, or [`default_lens`] at the
+    /// author's focus distance.
     pub fn default_lens(&self, depth: &DepthImage) -> Lens {
-        default_lens(depth, self.focus_hint_m())
+        match self.made_for() {
+            Some(made_for) => made_for.lens_at(depth.size.y),
+            None => default_lens(depth, self.focus_hint_m()),
+        }
     }
 }
 

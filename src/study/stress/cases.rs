@@ -2,9 +2,9 @@
 
 use super::images::{COLORS, DEPTHS, LONG_SIZES, SIZES, point, random_color, random_depth};
 use super::lenses::{LENSES, blurring, random_lens};
-use super::random::Random;
 use super::specimen::ImageCase;
 use crate::image::Image;
+use crate::study::random::Random;
 use glam::UVec2;
 
 /// Indices into the tables of conditions.

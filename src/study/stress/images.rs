@@ -1,7 +1,7 @@
 //! Images with depth that are hard on arithmetic.
 
-use super::random::Random;
 use crate::image::{ColorImage, DepthImage, Image};
+use crate::study::random::Random;
 use glam::{UVec2, Vec3, uvec2, vec3};
 
 /// A colour image with what it is a case of.

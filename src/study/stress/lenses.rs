@@ -1,8 +1,8 @@
 //! Lenses at the edges of what [`Lens::check`] lets through.
 
-use super::random::Random;
 use crate::aperture::{Aperture, ApertureImage};
 use crate::lens::Lens;
+use crate::study::random::Random;
 use glam::UVec2;
 use std::sync::Arc;
 

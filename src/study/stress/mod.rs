@@ -15,12 +15,13 @@ mod images;
 mod known;
 mod lenses;
 pub mod precision;
-mod random;
 mod run;
 mod scenes;
 pub mod soak;
 mod specimen;
 
+pub use crate::study::devices::devices;
+pub use crate::study::random::Random;
 pub use cases::{Combination, ImageCaseMaker, image_cases, random_case};
 pub use checks::{
     BadPixel, CHECKS, Check, F16_ROUNDINGS, F16_SMALLEST_ROUNDINGS, Finding, Subject, first_bad_pixel,
@@ -29,8 +30,7 @@ pub use checks::{
 pub use images::{COLORS, ColorCondition, DEPTHS, DepthCondition, LONG_SIZES, SIZES, busy, point};
 pub use known::{KNOWN_LIMITS, KnownLimit};
 pub use lenses::{LENSES, LensCondition, blurring};
-pub use random::Random;
-pub use run::{devices, run};
+pub use run::run;
 pub use scenes::{Content, SCENES, SceneCondition};
 pub use specimen::{ImageCase, Pixels, STEP_PX, Specimen, Step, Twin, as_stored, mirrored, render};
 

@@ -1,0 +1,272 @@
+//! Puts quads where a family wants them: in pixels of the frame and pixels of CoC.
+
+use super::spec::{LEAST_DEPTH_PER_FOCUS, Pattern, QuadSpec, SceneSpec};
+use crate::camera::Projection;
+use crate::lens::CocOfDepth;
+use crate::study::random::Random;
+use crate::view::MAX_AUTO_OVERSCAN_PX;
+use glam::{DVec2, UVec2, dvec2};
+
+/// Full vertical field of view of every scene, degrees.
+const FOV_Y_DEG: f64 = 50.0;
+
+/// CoC diameter, px, over the side of a source, px, up to which a reference of some
+/// thousand lens points converges: a pixel of its disc is then met by
+/// `points / (pi/4 * ratio^2)` of them, 20 of 4096 points.
+pub const WIDEST_COC_PER_SIDE: f64 = 16.0;
+
+/// How far beyond the frame, px, a wall reaches: over the widest margin and the widest
+/// shift of a lens point.
+const WALL_MARGIN_PX: f64 = 200.0;
+
+/// Greatest share of K that a surface's CoC takes: nearer to 1 it is practically the sky.
+const GREATEST_COC_PER_K: f64 = 0.98;
+
+/// Significant digits of a coordinate: a hundredth of a pixel at the border of a frame of
+/// some hundred.
+const COORDINATE_DIGITS: i32 = 5;
+
+/// A parallelogram in the picture whose CoC changes evenly over it: every such one is the
+/// image of a flat quad, since the CoC is affine in reciprocal depth.
+#[derive(Clone, Copy, Debug)]
+pub struct Patch {
+    /// Its middle, px from the frame's top left.
+    pub centre_px: DVec2,
+    /// From the middle to the middle of one side, px.
+    pub u_px: DVec2,
+    /// From the middle to the middle of the next side, px.
+    pub v_px: DVec2,
+    /// Signed CoC diameter in the middle, px.
+    pub coc_px: f64,
+    /// By how much it grows along `u_px`, px.
+    pub du_coc_px: f64,
+    /// By how much it grows along `v_px`, px.
+    pub dv_coc_px: f64,
+}
+
+impl Patch {
+    /// An upright rectangle that faces the lens.
+    pub fn upright(centre_px: DVec2, half_px: DVec2, coc_px: f64) -> Self {
+        let (u_px, v_px) = (dvec2(half_px.x, 0.0), dvec2(0.0, half_px.y));
+        Self { centre_px, u_px, v_px, coc_px, du_coc_px: 0.0, dv_coc_px: 0.0 }
+    }
+
+    /// The rectangle between two corners that faces the lens.
+    pub fn between(low_px: DVec2, high_px: DVec2, coc_px: f64) -> Self {
+        Self::upright((low_px + high_px) * 0.5, (high_px - low_px) * 0.5, coc_px)
+    }
+
+    /// The same turned in the picture by an angle in radians.
+    pub fn turned(self, angle: f64) -> Self {
+        let turn = DVec2::from_angle(angle);
+        Self { u_px: turn.rotate(self.u_px), v_px: turn.rotate(self.v_px), ..self }
+    }
+
+    /// The same leaning, so that its CoC grows by these along its two directions, px.
+    pub fn leaning(self, du_coc_px: f64, dv_coc_px: f64) -> Self {
+        Self { du_coc_px, dv_coc_px, ..self }
+    }
+}
+
+/// A scene in the making.
+pub struct Maker {
+    /// The random numbers of this scene.
+    pub random: Random,
+    /// Size of the frame, px.
+    pub size: DVec2,
+    projection: Projection,
+    spec: SceneSpec,
+}
+
+impl Maker {
+    /// Nothing but a black sky.
+    pub fn new(name: String, mut random: Random, size: UVec2) -> Self {
+        let focus_m = [1.0, 2.0, 4.0][random.index(3)];
+        let spec = SceneSpec {
+            name,
+            size_px: size.to_array(),
+            overscan_px: 0,
+            fov_y_deg: FOV_Y_DEG,
+            focus_m,
+            k_px: 8.0,
+            sky: [0.0; 3],
+            as_image: false,
+            quads: Vec::new(),
+        };
+        let projection = spec.camera().projection(size, 0);
+        Self { random, size: size.as_dvec2(), projection, spec }
+    }
+
+    /// Chooses K between two values, px, uniform in the logarithm.
+    pub fn k_between(&mut self, low_px: f64, high_px: f64) -> f64 {
+        self.spec.k_px = rounded(self.random.log_between(low_px, high_px));
+        self.spec.k_px
+    }
+
+    /// K, px.
+    pub fn k_px(&self) -> f64 {
+        self.spec.k_px
+    }
+
+    /// The radiance of the sky.
+    pub fn sky(&mut self, radiance: [f32; 3]) {
+        self.spec.sky = radiance;
+    }
+
+    /// Hands methods the picture with its depth only.
+    pub fn as_image(&mut self) {
+        self.spec.as_image = true;
+    }
+
+    /// A signed CoC that a surface behind the focus may have, px: from 0 to nearly K.
+    pub fn far_coc_px(&mut self) -> f64 {
+        let share = self.random.between(0.0, GREATEST_COC_PER_K);
+        share * self.k_px()
+    }
+
+    /// A depth in metres with that CoC, as far as there is one.
+    fn depth_m(&self, coc_px: f64) -> f64 {
+        let k_px = self.k_px();
+        let coc = CocOfDepth { k_px, k_df_px_m: k_px * self.spec.focus_m };
+        let depth_m = coc.depth_at(coc_px.min(GREATEST_COC_PER_K * k_px));
+        rounded_to(depth_m.max(LEAST_DEPTH_PER_FOCUS * self.spec.focus_m), COORDINATE_DIGITS)
+    }
+
+    fn corner_m(&self, at_px: DVec2, depth_m: f64) -> [f64; 3] {
+        let slope = self.projection.view_direction(at_px);
+        let metres = |slope: f64| rounded_to(slope * depth_m, COORDINATE_DIGITS);
+        [metres(slope.x), metres(slope.y), depth_m]
+    }
+
+    /// Adds a quad.
+    pub fn add(&mut self, patch: Patch, radiance: [f32; 3], pattern: Pattern) {
+        self.push(patch, radiance, pattern, false);
+    }
+
+    /// Adds a quad that counts as a light.
+    pub fn add_light(&mut self, patch: Patch, radiance: [f32; 3]) {
+        self.push(patch, radiance, Pattern::Plain, true);
+    }
+
+    fn push(&mut self, patch: Patch, radiance: [f32; 3], pattern: Pattern, light: bool) {
+        let corner = |i: f64, j: f64| {
+            let at_px = patch.centre_px + patch.u_px * i + patch.v_px * j;
+            self.corner_m(at_px, self.depth_m(patch.coc_px + patch.du_coc_px * i + patch.dv_coc_px * j))
+        };
+        let corners_m = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        self.spec.quads.push(QuadSpec { corners_m, radiance, pattern, light });
+    }
+
+    /// A wall over all of the frame and beyond.
+    pub fn wall(&mut self, coc_px: f64, radiance: [f32; 3], pattern: Pattern) {
+        let patch = Patch::upright(self.size * 0.5, self.size * 0.5 + WALL_MARGIN_PX, coc_px);
+        self.add(patch, radiance, pattern);
+    }
+
+    /// A wall of one of the kinds that there are: plain, a gradient, cells.
+    pub fn any_wall(&mut self, coc_px: f64) {
+        let radiance = self.dim_color();
+        match self.random.index(4) {
+            0 | 1 => self.wall(coc_px, radiance, Pattern::Plain),
+            2 => {
+                let other = self.dim_color();
+                self.wall(coc_px, radiance, Pattern::Gradient { other });
+            }
+            _ => {
+                let cell_px = self.random.log_between(3.0, 16.0);
+                self.checkered_wall(coc_px, cell_px);
+            }
+        }
+    }
+
+    /// A wall of cells about `cell_px` wide.
+    pub fn checkered_wall(&mut self, coc_px: f64, cell_px: f64) {
+        let [radiance, other] = self.contrast();
+        let sides = self.size + 2.0 * WALL_MARGIN_PX;
+        let cells = (sides / cell_px).round().as_uvec2().clamp(UVec2::ONE, UVec2::splat(super::spec::MOST_CELLS));
+        self.wall(coc_px, radiance, Pattern::Checker { cells: cells.to_array(), other });
+    }
+
+    /// A pattern of a thing about `side_px` large.
+    pub fn any_pattern(&mut self, side_px: f64) -> Pattern {
+        let other = self.dim_color();
+        match self.random.index(3) {
+            0 => Pattern::Plain,
+            1 => Pattern::Gradient { other },
+            _ => {
+                let most = (side_px / 3.0).clamp(1.0, 12.0);
+                let cells = [0; 2].map(|_| self.random.between(1.0, most).round() as u32);
+                Pattern::Checker { cells, other }
+            }
+        }
+    }
+
+    /// A colour that a lit surface may have: 0.02 to 1, with a tint.
+    pub fn dim_color(&mut self) -> [f32; 3] {
+        let radiance = self.random.log_between(0.02, 1.0);
+        self.tinted(radiance)
+    }
+
+    /// Two colours with a good contrast, in either order.
+    pub fn contrast(&mut self) -> [[f32; 3]; 2] {
+        let (dark, bright) = (self.random.between(0.0, 0.15), self.random.between(0.4, 1.0));
+        let both = [self.tinted(dark), self.tinted(bright)];
+        if self.random.index(2) == 0 { both } else { [both[1], both[0]] }
+    }
+
+    /// About `radiance`, with a tint.
+    pub fn tinted(&mut self, radiance: f64) -> [f32; 3] {
+        [0; 3].map(|_| rounded(radiance * self.random.between(0.6, 1.0)) as f32)
+    }
+
+    /// A point of the frame, px, `margin_px` away from its border.
+    pub fn in_frame(&mut self, margin_px: f64) -> DVec2 {
+        let mut along = |side: f64| self.random.between(margin_px.min(side * 0.5), (side - margin_px).max(side * 0.5));
+        dvec2(along(self.projection.size.x.into()), along(self.projection.size.y.into()))
+    }
+
+    /// One of two signs.
+    pub fn sign(&mut self) -> f64 {
+        if self.random.index(2) == 0 { -1.0 } else { 1.0 }
+    }
+
+    /// A CoC diameter between two values, px, uniform in the logarithm, but no wider than a
+    /// reference converges for a source of `side_px`.
+    pub fn coc_of_source_px(&mut self, side_px: f64, low_px: f64, high_px: f64) -> f64 {
+        let high_px = high_px.min(WIDEST_COC_PER_SIDE * side_px);
+        self.random.log_between(low_px.min(high_px), high_px)
+    }
+
+    /// The scene, with as much margin as its greatest CoC asks for.
+    pub fn made(self) -> SceneSpec {
+        let mut spec = self.spec;
+        let lens = spec.lens();
+        let greatest_px = spec.quads.iter().flat_map(|q| q.coc_px(&lens)).fold(0.0, |most: f64, c| most.max(c.abs()));
+        let overscan_px = (0.5 * greatest_px).ceil().min(f64::from(MAX_AUTO_OVERSCAN_PX)) as u32;
+        spec.overscan_px = if spec.as_image { 0 } else { overscan_px };
+        spec
+    }
+}
+
+/// Four significant digits: what is printed is what is drawn, and can be read.
+pub fn rounded(value: f64) -> f64 {
+    rounded_to(value, 4)
+}
+
+/// As many significant digits.
+pub fn rounded_to(value: f64, digits: i32) -> f64 {
+    if value == 0.0 || !value.is_finite() {
+        return value;
+    }
+    let exponent = value.abs().log10().floor() as i32;
+    let power = digits - 1 - exponent;
+    // A division by a power of ten gives the nearest number with that many digits; a
+    // multiplication by a negative power does not.
+    if power >= 0 {
+        let scale = 10_f64.powi(power);
+        (value * scale).round() / scale
+    } else {
+        let scale = 10_f64.powi(-power);
+        (value / scale).round() * scale
+    }
+}
