@@ -267,6 +267,12 @@ pub struct GauntletArgs {
     /// Size of the scenes' frames, px
     #[arg(long, value_name = "WxH", default_value = "128x96", value_parser = parse_size)]
     pub size: UVec2,
+    /// Make the worst scenes of adaptive (or of the first method) as small as still shows what is wrong
+    #[arg(long)]
+    pub shrink: bool,
+    /// Folder for these, a file each
+    #[arg(short, long, value_name = "DIR", default_value = "out/gauntlet")]
+    pub output: PathBuf,
     #[command(flatten)]
     pub run: RunOptions,
 }

@@ -23,7 +23,7 @@ pub use maker::rounded_to;
 pub use run::{GauntletRequest, MethodFigures, SceneResult, examine, run};
 pub use shrink::{Shrunk, shrink, size_of};
 pub use spec::{LEAST_DEPTH_PER_FOCUS, MOST_CELLS, Pattern, QuadSpec, SceneSpec, SpecError};
-pub use statistics::{CAP_DB, Ranking, Spread, Statistics, TIE_DB, ranking, statistics};
+pub use statistics::{CAP_DB, Ranking, Spread, Statistics, TIE_DB, counted_db, ranking, statistics};
 pub use truth::{AGREEMENT_DB, Agreed, LEAST_POINTS, MOST_POINTS, truth};
 
 use crate::study::random::Random;

@@ -69,7 +69,7 @@ pub struct Ranking {
 }
 
 /// The PSNR that counts, dB.
-pub(super) fn counted_db(figures: &MethodFigures) -> f64 {
+pub fn counted_db(figures: &MethodFigures) -> f64 {
     match figures {
         MethodFigures::Compared(figures) => figures.psnr_db.map_or(CAP_DB, |db| db.min(CAP_DB)),
         MethodFigures::Failed { .. } => 0.0,

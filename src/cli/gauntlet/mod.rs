@@ -1,9 +1,11 @@
 //! `defocus gauntlet`: random scenes against the reference.
 
-use super::args::GauntletArgs;
-use super::output::{check_json, is_stdout, print, print_json, write_json};
-use super::progress::{Bar, catch_interrupts};
-use super::select;
+mod shrinking;
+
+use crate::cli::args::GauntletArgs;
+use crate::cli::output::{check_json, is_stdout, print, print_json, write_json};
+use crate::cli::progress::{Bar, catch_interrupts};
+use crate::cli::select;
 use comfy_table::{ContentArrangement, Table, presets};
 use defocus::gpu::{AdapterSummary, Gpu};
 use defocus::methods::{self, Method};
@@ -90,7 +92,10 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     if !args.run.quiet && !is_stdout(json) {
         summarise(&found)?;
     }
-    Ok(())
+    match args.shrink {
+        true => shrinking::run(&args.output, &gpus[0], &request, &found.statistics, &found.ranking, &found.scenes),
+        false => Ok(()),
+    }
 }
 
 fn rivals(ids: &[&'static str]) -> Vec<&'static str> {
