@@ -270,7 +270,14 @@ pub struct GauntletArgs {
     /// Make the worst scenes of adaptive (or of the first method) as small as still shows what is wrong
     #[arg(long)]
     pub shrink: bool,
-    /// Folder for these, a file each
+    /// End with an error if a method is worse on a family than it is known to be
+    #[arg(long)]
+    pub check: bool,
+    /// Print what --check is to compare with from now on: the scenes of --seed, and as many as --scenes
+    /// says of the next seed
+    #[arg(long, conflicts_with_all = ["check", "family", "shrink"])]
+    pub print_bounds: bool,
+    /// Folder for what --shrink finds, a file each
     #[arg(short, long, value_name = "DIR", default_value = "out/gauntlet")]
     pub output: PathBuf,
     #[command(flatten)]

@@ -6,13 +6,14 @@ use crate::cli::args::GauntletArgs;
 use crate::cli::output::{check_json, is_stdout, print, print_json, write_json};
 use crate::cli::progress::{Bar, catch_interrupts};
 use crate::cli::select;
+use anyhow::ensure;
 use comfy_table::{ContentArrangement, Table, presets};
 use defocus::gpu::{AdapterSummary, Gpu};
 use defocus::methods::{self, Method};
 use defocus::study::devices::devices;
 use defocus::study::gauntlet::{
-    self, FAMILIES, GauntletRequest, LEAST_POINTS, MOST_POINTS, Ranking, SceneResult, Spread, Statistics, TIE_DB,
-    family_by_name, ranking, statistics,
+    self, Bounds, FAMILIES, GauntletRequest, KnownMethods, LEAST_POINTS, MOST_POINTS, Ranking, SceneResult, Spread,
+    Statistics, TIE_DB, Which, family_by_name, known, known_bounds, ranking, statistics,
 };
 use serde::Serialize;
 use std::time::Instant;
@@ -22,6 +23,12 @@ const OWN: &str = "adaptive";
 
 /// Methods that are no rivals: no blur, and the truth itself.
 const NOT_REAL_TIME: [&str; 2] = ["pinhole", "accumulation"];
+
+/// Scenes where nothing is said.
+const SCENES: u64 = 1000;
+
+/// The same of a quick run.
+const QUICK_SCENES: u64 = 100;
 
 /// Scenes of the own method's losses that are printed; `--json` has all.
 const SHOWN_LOSSES: usize = 10;
@@ -48,6 +55,7 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     }
     let methods = chosen(args)?;
     let family = args.family.as_deref().map(family_by_name).transpose()?;
+    let bounds = if args.check { Some(bounds_for(args)?) } else { None };
     let json = args.run.json.json.as_ref();
     check_json(json)?;
     catch_interrupts()?;
@@ -57,7 +65,7 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     let request = GauntletRequest {
         methods: &methods,
         seed: args.seed,
-        scenes: args.scenes.unwrap_or(if args.quick { 100 } else { 1000 }),
+        scenes: args.scenes.unwrap_or(if args.quick { QUICK_SCENES } else { SCENES }),
         family,
         size: args.size,
         points: [LEAST_POINTS, MOST_POINTS],
@@ -65,6 +73,9 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     let bar = Bar::new(args.run.quiet);
     let mut scenes = Vec::new();
     let gpus = devices(gpu, args.run.adapter.as_deref())?;
+    if args.print_bounds {
+        return print_bounds(args, &gpus, &request, &bar);
+    }
     let ended = gauntlet::run(&gpus, &request, &mut scenes, &mut |step| bar.step(step));
     drop(bar);
     let ids: Vec<_> = methods.iter().map(|m| m.about().id).collect();
@@ -92,10 +103,55 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     if !args.run.quiet && !is_stdout(json) {
         summarise(&found)?;
     }
+    if let Some(bounds) = bounds {
+        check(&bounds, &request, &found.scenes)?;
+    }
     match args.shrink {
         true => shrinking::run(&args.output, &gpus[0], &request, &found.statistics, &found.ranking, &found.scenes),
         false => Ok(()),
     }
+}
+
+fn which(request: &GauntletRequest<'_>) -> Which {
+    Which { seed: request.seed, scenes: request.scenes, size: request.size.to_array() }
+}
+
+/// The bounds of `--check`, which hold for methods and frames as they are by default.
+fn bounds_for(args: &GauntletArgs) -> anyhow::Result<Bounds> {
+    let bounds = known_bounds().map_err(|e| anyhow::anyhow!("assets/gauntlet_bounds.ron holds no bounds: {e}"))?;
+    ensure!(
+        args.size.to_array() == bounds.same.size,
+        "--check knows figures of frames of {}x{} px: leave out --size",
+        bounds.same.size[0],
+        bounds.same.size[1]
+    );
+    ensure!(args.settings.is_empty(), "--check knows figures of the methods as they are: leave out --set");
+    Ok(bounds)
+}
+
+/// An error that names the first figure that is worse than it may be.
+fn check(bounds: &Bounds, request: &GauntletRequest<'_>, scenes: &[SceneResult]) -> anyhow::Result<()> {
+    let worse = bounds.regressions(&which(request), scenes);
+    let more = worse.len().saturating_sub(1);
+    match worse.first() {
+        Some(first) if more > 0 => anyhow::bail!("{first}; so are {more} more"),
+        Some(first) => anyhow::bail!("{first}"),
+        None => Ok(()),
+    }
+}
+
+/// Prints the bounds that two runs give: the one that is asked for, of as many scenes as a
+/// quick one has, whose own figures are kept, and one of many scenes.
+fn print_bounds(args: &GauntletArgs, gpus: &[Gpu], many: &GauntletRequest<'_>, bar: &Bar) -> anyhow::Result<()> {
+    let same = GauntletRequest { scenes: QUICK_SCENES, ..*many };
+    let many = GauntletRequest { seed: args.seed.wrapping_add(1), ..*many };
+    let of = |request: &GauntletRequest<'_>| -> anyhow::Result<KnownMethods> {
+        let mut scenes = Vec::new();
+        gauntlet::run(gpus, request, &mut scenes, &mut |step| bar.step(step))?;
+        Ok(known(&scenes))
+    };
+    let bounds = Bounds { same: which(&same), on_same: of(&same)?, on_many: of(&many)? };
+    print(bounds.to_text().trim_end())
 }
 
 fn rivals(ids: &[&'static str]) -> Vec<&'static str> {

@@ -6,14 +6,21 @@ use crate::lens::CocOfDepth;
 use crate::study::random::Random;
 use crate::view::MAX_AUTO_OVERSCAN_PX;
 use glam::{DVec2, UVec2, dvec2};
+use std::f64::consts::FRAC_PI_4;
 
 /// Full vertical field of view of every scene, degrees.
 const FOV_Y_DEG: f64 = 50.0;
 
-/// CoC diameter, px, over the side of a source, px, up to which a reference of some
-/// thousand lens points converges: a pixel of its disc is then met by
-/// `points / (pi/4 * ratio^2)` of them, 20 of 4096 points.
-pub const WIDEST_COC_PER_SIDE: f64 = 16.0;
+/// Share of the frame that discs of small sources cover, times the cube of their width in
+/// sides of the source, up to which halves of [`MOST_POINTS`](super::MOST_POINTS) lens
+/// points agree to [`AGREEMENT_DB`](super::AGREEMENT_DB).
+///
+/// Of N/2 points, `n = N/2 / (pi/4 r^2)` meet a source from a pixel of its disc, r sides wide.
+/// The number within a box of a (0,2)-sequence is off by about `n^(1/4)`: a share of
+/// `e = 0.7 n^(-3/4)`. In display values, whose slope over the logarithm is at most 0.42,
+/// two such halves differ by a mean square of `2 (0.42 e)^2 = 1.6e-7 r^3` within discs for
+/// N = 16384, and by that times the share of the frame over all of it: 1e-5 is 50 dB.
+const MOST_SHARE_TIMES_CUBE: f64 = 60.0;
 
 /// How far beyond the frame, px, a wall reaches: over the widest margin and the widest
 /// shift of a lens point.
@@ -231,9 +238,12 @@ impl Maker {
     }
 
     /// A CoC diameter between two values, px, uniform in the logarithm, but no wider than a
-    /// reference converges for a source of `side_px`.
-    pub fn coc_of_source_px(&mut self, side_px: f64, low_px: f64, high_px: f64) -> f64 {
-        let high_px = high_px.min(WIDEST_COC_PER_SIDE * side_px);
+    /// reference converges for that many sources with sides of `side_px`.
+    pub fn coc_of_sources_px(&mut self, count: usize, side_px: f64, low_px: f64, high_px: f64) -> f64 {
+        // All discs cover `count * pi/4 (r side)^2` of the frame.
+        let covered_px = count as f64 * FRAC_PI_4 * side_px.powi(2);
+        let widest = (MOST_SHARE_TIMES_CUBE * self.size.x * self.size.y / covered_px).powf(0.2);
+        let high_px = high_px.min(widest * side_px);
         self.random.log_between(low_px.min(high_px), high_px)
     }
 

@@ -8,6 +8,7 @@
 //! A scene is opened by its name wherever the program opens one: `gauntlet:FAMILY:SEED`, or
 //! `gauntlet:SEED`, whose family is the one that comes with that number.
 
+mod bounds;
 mod families;
 mod figures;
 mod maker;
@@ -17,6 +18,10 @@ mod spec;
 mod statistics;
 mod truth;
 
+pub use bounds::{
+    Bounds, Known, KnownFamily, KnownMethods, Regression, SAME_SCENES_DB, SAME_SCENES_LIGHT, STANDARD_ERRORS, Which,
+    known, known_bounds,
+};
 pub use families::{FAMILIES, Family, family};
 pub use figures::{Figures, Rules, SMOOTH_RANGE, figures};
 pub use maker::rounded_to;

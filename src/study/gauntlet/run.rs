@@ -16,6 +16,7 @@ use std::collections::BTreeMap;
 const DARK_POINTS: u32 = 64;
 
 /// What to try.
+#[derive(Clone, Copy)]
 pub struct GauntletRequest<'a> {
     /// The methods.
     pub methods: &'a [Box<dyn Method>],

@@ -13,7 +13,7 @@ use crate::view::View;
 pub const LEAST_POINTS: u32 = 256;
 
 /// Lens points at which it ends, whether it agrees or not.
-pub const MOST_POINTS: u32 = 4096;
+pub const MOST_POINTS: u32 = 16384;
 
 /// PSNR, dB, of the two halves of the lens points against each other from which on they
 /// agree. The mean of both is then some 6 dB closer to the truth: what is counted up to 50

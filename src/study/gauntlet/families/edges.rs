@@ -8,9 +8,10 @@ pub fn near_before_sharp(maker: &mut Maker) {
     maker.k_between(2.0, 40.0);
     let cell_px = maker.random.log_between(2.0, 10.0);
     maker.checkered_wall(0.0, cell_px);
-    for _ in 0..1 + maker.random.index(6) {
+    let count = 1 + maker.random.index(6);
+    for _ in 0..count {
         let side_px = maker.random.log_between(0.5, 8.0);
-        let coc_px = -maker.coc_of_source_px(side_px, 2.0, 40.0);
+        let coc_px = -maker.coc_of_sources_px(count, side_px, 2.0, 40.0);
         let at_px = maker.in_frame(0.0);
         let radiance = maker.random.log_between(0.01, 5.0);
         let radiance = maker.tinted(radiance);

@@ -24,11 +24,12 @@ pub fn specks(maker: &mut Maker) {
     maker.as_image();
     maker.k_between(4.0, 40.0);
     let behind_px = one_colour(maker);
-    for _ in 0..1 + maker.random.index(6) {
+    let count = 1 + maker.random.index(6);
+    for _ in 0..count {
         // Whole pixels: an image knows nothing finer.
         let side = dvec2(1.0 + maker.random.index(5) as f64, 1.0 + maker.random.index(5) as f64);
         let low = maker.in_frame(5.0).floor();
-        let coc_px = maker.coc_of_source_px(side.min_element(), 1.0, 40.0);
+        let coc_px = maker.coc_of_sources_px(count, side.element_product().sqrt(), 1.0, 40.0);
         let far = maker.random.index(2) == 0 && coc_px < behind_px;
         let radiance = maker.random.log_between(0.1, 1e4);
         let radiance = maker.tinted(radiance);

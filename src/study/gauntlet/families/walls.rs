@@ -5,6 +5,11 @@ use crate::study::gauntlet::spec::Pattern;
 use glam::dvec2;
 use std::f64::consts::PI;
 
+/// Widest CoC of a line over its width: with `n = N/2 / (pi/4 r)` lens points of N that meet
+/// it from a pixel, as in `maker`'s reckoning for specks, the halves of a line as long as the
+/// frame agree well beyond 50 dB.
+const MOST_COC_PER_WIDTH: f64 = 20.0;
+
 /// How far beyond the frame, px, bars and walls with openings reach.
 const BEYOND_PX: f64 = 110.0;
 
@@ -100,8 +105,10 @@ pub fn diagonals(maker: &mut Maker) {
     for _ in 0..1 + maker.random.index(6) {
         let half_width_px = maker.random.log_between(0.25, 1.5);
         let half_px = dvec2(maker.random.between(20.0, 90.0), half_width_px);
-        let near_px = -maker.coc_of_source_px(4.0 * half_width_px, 1.0, 30.0);
-        let far_px = behind_px.min(16.0 * half_width_px);
+        // A line is met by far more lens points than a speck as thin.
+        let widest_px = MOST_COC_PER_WIDTH * 2.0 * half_width_px;
+        let near_px = -maker.random.log_between(1.0, widest_px.min(30.0));
+        let far_px = behind_px.min(widest_px);
         let (at_px, angle) = (maker.in_frame(10.0), maker.random.between(0.0, PI));
         let radiance = maker.random.log_between(0.05, 4.0);
         let radiance = maker.tinted(radiance);
