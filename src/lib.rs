@@ -20,6 +20,7 @@
 //! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ForeignFrame`] |
 //! | compare with the truth | [`study::compare`], [`metrics`], [`raytrace`] |
 //! | find out what a method cannot bear | [`study::stress`] |
+//! | look for scenes that a method gets wrong | [`study::gauntlet`] |
 //! | write a method | [`methods`], [`gpu`] |
 //!
 //! Everything but `app` (the window) builds without the feature `app`.

@@ -6,8 +6,9 @@ use defocus::gpu::Gpu;
 use defocus::image::{ColorImage, Image};
 use defocus::methods::{Accumulation, Method, Pinhole};
 use defocus::study::gauntlet::{
-    DEFAULT_SIZE, FAMILIES, Figures, MethodFigures, Pattern, QuadSpec, Rules, SceneResult, SceneSpec, counted_db,
-    examine, family, family_of, figures, generate, named, ranking, scene_seed, shrink, size_of, statistics, truth,
+    Bounds, DEFAULT_SIZE, FAMILIES, Figures, MethodFigures, Pattern, QuadSpec, Rules, SAME_SCENES_DB, SceneResult,
+    SceneSpec, Which, counted_db, examine, family, family_of, figures, generate, known, known_bounds, named, ranking,
+    scene_seed, shrink, size_of, statistics, truth,
 };
 use defocus::study::{DepthArgs, Source};
 use defocus::view::{GpuScene, SurfaceOptions, View};
@@ -328,6 +329,71 @@ fn a_small_difference_is_a_tie_and_great_figures_are_equal() {
     assert!((ranking.best_share - 2.0 / 3.0).abs() < 1e-9);
     assert_eq!(ranking.losses, [("scene 1".to_owned(), "b", 5.0)]);
     assert_eq!(ranking.greatest_loss_db, 5.0);
+}
+
+fn shifted(scenes: &[SceneResult], by_db: f64) -> Vec<SceneResult> {
+    let mut scenes = scenes.to_vec();
+    for found in scenes.iter_mut().flat_map(|scene| scene.methods.values_mut()) {
+        if let MethodFigures::Compared(figures) = found {
+            figures.psnr_db = figures.psnr_db.map(|db| db + by_db);
+        }
+    }
+    scenes
+}
+
+#[test]
+fn a_regression_is_found_on_the_same_scenes_and_chance_is_not_one_on_others() {
+    // 30 to 40 dB, evenly: a standard deviation of 2.9 dB.
+    let of = |from: usize, count: usize| -> Vec<_> {
+        (from..from + count).map(|i| result(i, true, &[("a", Some(30.0 + ((i / 2 * 7) % 101) as f64 * 0.1))])).collect()
+    };
+    let (same, many) = (of(0, 20), of(0, 1000));
+    let which = Which { seed: 1, scenes: 20, size: [128, 96] };
+    let bounds = Bounds { same: which, on_same: known(&same), on_many: known(&many) };
+    let round_trip: Bounds = ron::from_str(&bounds.to_text()).expect("bounds");
+    assert_eq!(round_trip, bounds);
+
+    assert_eq!(bounds.regressions(&which, &same), []);
+    assert_eq!(bounds.regressions(&which, &shifted(&same, -0.9 * SAME_SCENES_DB)), []);
+    let worse = bounds.regressions(&which, &shifted(&same, -1.1 * SAME_SCENES_DB));
+    assert_eq!(worse.len(), 2, "both families: {worse:?}");
+    assert!(worse[0].to_string().contains("a on specks_"), "{}", worse[0]);
+
+    let others = Which { seed: 2, ..which };
+    for from in (0..400).step_by(20) {
+        assert_eq!(bounds.regressions(&others, &of(from, 20)), [], "scenes from {from}");
+    }
+    // Ten scenes a family: four standard errors are 3.7 dB.
+    assert_eq!(bounds.regressions(&others, &shifted(&many, -5.0)).len(), 2);
+    assert_eq!(bounds.regressions(&others, &shifted(&of(40, 20), -8.0)).len(), 2);
+}
+
+#[test]
+fn lost_light_is_a_regression_too() {
+    let lit = |kept: f64| {
+        let mut scene = result(0, true, &[("a", Some(40.0))]);
+        if let Some(MethodFigures::Compared(figures)) = scene.methods.get_mut("a") {
+            figures.light_kept = Some(kept);
+        }
+        scene
+    };
+    let which = Which { seed: 1, scenes: 1, size: [128, 96] };
+    let bounds = Bounds { same: which, on_same: known(&[lit(1.0)]), on_many: known(&[lit(1.0)]) };
+    assert_eq!(bounds.regressions(&which, &[lit(0.997)]), []);
+    for kept in [0.98, 1.02] {
+        let worse = bounds.regressions(&which, &[lit(kept)]);
+        assert!(worse.len() == 1 && worse[0].figure.contains("light"), "{worse:?}");
+    }
+}
+
+#[test]
+fn the_bounds_of_the_program_can_be_read() {
+    let bounds = known_bounds().expect("bounds");
+    assert_eq!(bounds.same.size, DEFAULT_SIZE.to_array());
+    let families = bounds.on_same.values().chain(bounds.on_many.values()).flat_map(BTreeMap::keys);
+    for name in families {
+        assert!(family(name).is_some(), "{name}");
+    }
 }
 
 /// The fault: one quad, among all others, that is nearer than -10 px and bright.

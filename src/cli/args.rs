@@ -18,7 +18,7 @@ pub struct Cli {
     /// What to do; without a command the window opens
     #[command(subcommand)]
     pub command: Option<Command>,
-    /// What to show in the window: a built-in name, a .glb or .gltf file, or an image with depth
+    /// What to show in the window: a built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth
     pub scene: Option<String>,
     /// Graphics adapter for the window, by a part of its name
     #[arg(long, value_name = "NAME")]

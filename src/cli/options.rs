@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneOptions {
-    /// A built-in name, a .glb or .gltf file, or an image with depth (.png, .jpg, .hdr, .exr)
+    /// A built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth (.png, .jpg, .hdr, .exr)
     pub scene: String,
     /// Depth of the image, if it has no Z channel of its own: an EXR, or a PNG of 8 or 16 bits
     #[arg(long, value_name = "FILE")]
