@@ -136,6 +136,43 @@ fn corners_px(spec: &SceneSpec, quad: &QuadSpec) -> [[f64; 2]; 4] {
     quad.corners_m.map(|[x, y, d]| [0.5 * width + focal_px * x / d, 0.5 * height - focal_px * y / d])
 }
 
+/// Two quads in one plane that overlap would be seen in no certain order.
+#[test]
+fn nothing_overlaps_in_one_plane() {
+    for spec in every_scene() {
+        let facing = |quad: &QuadSpec| {
+            let depths = quad.corners_m.map(|c| c[2]);
+            (depths.iter().all(|d| *d == depths[0])).then_some((depths[0], corners_px(&spec, quad)))
+        };
+        let all: Vec<_> = spec.quads.iter().filter_map(facing).collect();
+        for (i, (depth, one)) in all.iter().enumerate() {
+            let others = all[..i].iter().filter(|(other, _)| (other / depth - 1.0).abs() < 1e-4);
+            for (_, other) in others {
+                assert!(apart(one, other), "{}: {one:?} and {other:?} at {depth} m", spec.name);
+            }
+        }
+    }
+}
+
+/// Whether two convex quads meet nowhere, or in an edge: a side of one divides them.
+fn apart(one: &[[f64; 2]; 4], other: &[[f64; 2]; 4]) -> bool {
+    let divided_by = |from: &[[f64; 2]; 4]| {
+        (0..4).any(|i| {
+            let (a, b) = (from[i], from[(i + 1) % 4]);
+            let across = [b[1] - a[1], a[0] - b[0]];
+            let length = across[0].hypot(across[1]);
+            let along = |p: &[f64; 2]| (p[0] * across[0] + p[1] * across[1]) / length;
+            let ends = |quad: &[[f64; 2]; 4]| {
+                quad.iter().map(along).fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), v| (l.min(v), h.max(v)))
+            };
+            let ((low, high), (other_low, other_high)) = (ends(one), ends(other));
+            // A tenth of a pixel is what rounded coordinates make of a common edge.
+            high - other_low < 0.1 || other_high - low < 0.1
+        })
+    };
+    divided_by(one) || divided_by(other)
+}
+
 fn meets_frame(spec: &SceneSpec, quad: &QuadSpec) -> bool {
     let corners = corners_px(spec, quad);
     [0, 1].iter().all(|&axis| {
@@ -299,6 +336,7 @@ fn result(index: usize, agrees: bool, dbs: &[(&'static str, Option<f64>)]) -> Sc
         reference_points: 256,
         reference_halves_db: None,
         agrees,
+        seconds: BTreeMap::new(),
         methods: dbs.iter().map(|(id, db)| (*id, figures(*db))).collect::<BTreeMap<_, _>>(),
     }
 }

@@ -215,6 +215,7 @@ fn method_table(all: &[Statistics]) -> String {
         "light off most",
         "sharp 99 %",
         "smooth 99 %",
+        "s",
     ]);
     for one in all {
         let db = |value: f64| format!("{value:.1}");
@@ -236,6 +237,7 @@ fn method_table(all: &[Statistics]) -> String {
             share(light, light.worst),
             share(&one.sharp_error, one.sharp_error.p1),
             share(&one.smooth_error, one.smooth_error.p1),
+            format!("{:.0}", one.seconds),
         ]);
     }
     table.to_string()

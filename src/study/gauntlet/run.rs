@@ -10,6 +10,10 @@ use crate::study::{Progress, Source, StudyError, render};
 use crate::view::{GpuScene, SurfaceOptions, View};
 use glam::UVec2;
 use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// The method that the truth comes from.
+const REFERENCE: &str = "accumulation";
 
 /// Lens points for the sum of light without the lights: a sum over all pixels has far less
 /// noise than each of them.
@@ -66,6 +70,8 @@ pub struct SceneResult {
     pub agrees: bool,
     /// By method id.
     pub methods: BTreeMap<&'static str, MethodFigures>,
+    /// Time that each method took on the clock, s, and the reference as `accumulation`.
+    pub seconds: BTreeMap<&'static str, f64>,
 }
 
 /// Tries the methods on all scenes of the request, on all of `gpus` at once. What was found
@@ -111,6 +117,7 @@ pub fn examine(
     points: [u32; 2],
 ) -> Result<SceneResult, StudyError> {
     let lens = spec.lens();
+    let start = Instant::now();
     let mut of_scene = view_of_scene(gpu, spec)?;
     let agreed = truth(gpu, &mut of_scene, &lens, points[0], points[1])?;
     let dark_sum = match spec.has_lights() {
@@ -120,6 +127,7 @@ pub fn examine(
         }
         false => None,
     };
+    let mut seconds = BTreeMap::from([(REFERENCE, start.elapsed().as_secs_f64())]);
     let mut view = match spec.source() {
         Source::Scene(_) => of_scene,
         Source::Image(image) => View::of_image(gpu, &image.color, &image.depth, image.fov_y)?,
@@ -128,12 +136,14 @@ pub fn examine(
     let coc = lens.coc();
     let coc_px = view.depth_m(gpu).map(|d| coc.at_depth(f64::from(d)) as f32);
     let rules = Rules::new(&agreed.color, &pinhole, &coc_px, dark_sum)
-        .map_err(|source| StudyError::Metrics { method: "accumulation", source })?;
+        .map_err(|source| StudyError::Metrics { method: REFERENCE, source })?;
     let able = methods.iter().filter(|m| view.is_scene() || !m.about().needs_scene).collect::<Vec<_>>();
     let mut found = BTreeMap::new();
     for method in able {
+        let (id, start) = (method.about().id, Instant::now());
         let image = render(gpu, &mut view, &lens, method.as_ref());
-        found.insert(method.about().id, judged(image.map(|rendered| rendered.color), &rules));
+        *seconds.entry(id).or_default() += start.elapsed().as_secs_f64();
+        found.insert(id, judged(image.map(|rendered| rendered.color), &rules));
     }
     Ok(SceneResult {
         scene: spec.name.clone(),
@@ -145,6 +155,7 @@ pub fn examine(
         reference_halves_db: agreed.halves_db,
         agrees: agreed.agrees(),
         methods: found,
+        seconds,
     })
 }
 

@@ -48,6 +48,8 @@ pub struct Statistics {
     pub families: BTreeMap<&'static str, Spread>,
     /// The family with the lowest mean.
     pub worst_family: Option<&'static str>,
+    /// Time that it took on the clock over all scenes, s.
+    pub seconds: f64,
     /// Scenes on which it made no picture, or one that holds what is no number: 0 dB.
     pub failed: Vec<String>,
 }
@@ -105,6 +107,7 @@ pub fn statistics(method: &'static str, results: &[SceneResult]) -> Statistics {
         smooth_error: of(&|f| f.smooth_error, false),
         worst_family: worst.map(|(name, _)| *name),
         families,
+        seconds: results.iter().filter_map(|r| r.seconds.get(method)).sum(),
         failed: results
             .iter()
             .filter(|r| matches!(r.methods.get(method), Some(MethodFigures::Failed { .. })))

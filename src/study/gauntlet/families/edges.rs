@@ -24,7 +24,7 @@ pub fn borders(maker: &mut Maker) {
     let behind_px = if maker.random.index(3) == 0 { 0.0 } else { maker.far_coc_px() };
     maker.any_wall(behind_px);
     for _ in 0..1 + maker.random.index(3) {
-        let coc_px = match maker.random.index(2) {
+        let coc_px = match maker.random.index(if behind_px > 0.0 { 2 } else { 1 }) {
             0 => -maker.random.log_between(2.0, 40.0),
             _ => behind_px * maker.random.unit(),
         };
@@ -93,7 +93,8 @@ pub fn skies(maker: &mut Maker) {
     for _ in 0..1 + maker.random.index(6) {
         let coc_px = match maker.random.index(3) {
             0 => -maker.random.log_between(1.0, 40.0),
-            1 => 0.0,
+            // Two in one plane would be seen in no certain order.
+            1 => maker.random.between(-0.1, 0.1),
             _ => maker.far_coc_px(),
         };
         let half_px = dvec2(maker.random.log_between(1.0, 40.0), maker.random.log_between(1.0, 40.0));
@@ -116,18 +117,15 @@ pub fn steps(maker: &mut Maker) {
         let (radiance, pattern) = (maker.dim_color(), maker.any_pattern(to_px - from_px));
         maker.add(patch, radiance, pattern);
         from_px = to_px;
-        coc_px = next_step(maker, coc_px);
+        coc_px = next_step(maker, coc_px, 60.0);
     }
 }
 
-/// A CoC that differs by 0.1 to 100 px, back and forth so that it stays within -60 px and
-/// nearly K.
-pub fn next_step(maker: &mut Maker, coc_px: f64) -> f64 {
+/// A CoC that differs by 0.1 to 100 px, back and forth so that it stays between `-most_px`
+/// and nearly K.
+pub fn next_step(maker: &mut Maker, coc_px: f64, most_px: f64) -> f64 {
     let step_px = maker.random.log_between(0.1, 100.0) * maker.sign();
-    let range_px = -60.0..=0.95 * maker.k_px();
-    if range_px.contains(&(coc_px + step_px)) {
-        coc_px + step_px
-    } else {
-        (coc_px - step_px).clamp(*range_px.start(), *range_px.end())
-    }
+    let range_px = -most_px..=0.95 * maker.k_px();
+    let fitting = [coc_px + step_px, coc_px - step_px].into_iter().find(|c| range_px.contains(c));
+    fitting.unwrap_or_else(|| maker.random.between(*range_px.start(), *range_px.end()))
 }

@@ -13,6 +13,13 @@ use glam::dvec2;
 /// How far beyond the frame, px, goes on what crosses its border.
 const BEYOND_PX: f64 = 110.0;
 
+/// Greatest CoC of strips, px, and their least width.
+const MOST_STEP_COC_PX: f64 = 16.0;
+
+fn strip_px(maker: &mut Maker) -> f64 {
+    maker.random.between(MOST_STEP_COC_PX, 48.0).floor()
+}
+
 fn one_colour(maker: &mut Maker) -> f64 {
     let coc_px = if maker.random.index(3) == 0 { 0.0 } else { maker.far_coc_px() };
     let radiance = maker.dim_color();
@@ -48,7 +55,8 @@ pub fn cards(maker: &mut Maker) {
         }
         let middle_px = (dvec2(f64::from(x), f64::from(y)) + 0.5) * cell;
         let half_px = dvec2(maker.random.between(3.0, 0.35 * cell.x), maker.random.between(3.0, 0.35 * cell.y));
-        let coc_px = match maker.random.index(3) {
+        // Before the wall, also where that is in focus.
+        let coc_px = match maker.random.index(if behind_px > 0.0 { 3 } else { 1 }) {
             0 => -maker.random.log_between(1.0, 30.0),
             1 => 0.0,
             _ => behind_px * maker.random.unit(),
@@ -68,7 +76,7 @@ pub fn bands(maker: &mut Maker) {
     let to_px = from_px + maker.random.log_between(1.0, 30.0).ceil();
     let (low, high) = (dvec2(-BEYOND_PX, from_px), dvec2(maker.size.max_element() + BEYOND_PX, to_px));
     let turn = |p: glam::DVec2| if horizontal { p } else { dvec2(p.y, p.x) };
-    let coc_px = match maker.random.index(2) {
+    let coc_px = match maker.random.index(if behind_px > 0.0 { 2 } else { 1 }) {
         0 => -maker.random.log_between(1.0, 30.0),
         _ => behind_px * maker.random.unit(),
     };
@@ -79,19 +87,20 @@ pub fn bands(maker: &mut Maker) {
 
 pub fn steps(maker: &mut Maker) {
     maker.as_image();
-    maker.k_between(8.0, 60.0);
+    // No CoC is wider than a strip: what a neighbour's neighbour hides stays hidden.
+    maker.k_between(4.0, MOST_STEP_COC_PX);
     let mut strips: Vec<(f64, f64, f64)> = Vec::new();
     let mut coc_px = maker.far_coc_px();
     let mut from_px = -BEYOND_PX;
-    let mut to_px = maker.random.between(10.0, 40.0).floor();
+    let mut to_px = strip_px(maker);
     while from_px < maker.size.x {
-        if to_px > maker.size.x - 10.0 {
+        if to_px > maker.size.x - MOST_STEP_COC_PX {
             to_px = maker.size.x + BEYOND_PX;
         }
         strips.push((from_px, to_px, coc_px));
         from_px = to_px;
-        to_px += maker.random.between(10.0, 40.0).floor();
-        coc_px = next_step(maker, coc_px);
+        to_px += strip_px(maker);
+        coc_px = next_step(maker, coc_px, MOST_STEP_COC_PX);
     }
     for (i, &(from_px, to_px, coc_px)) in strips.iter().enumerate() {
         // A strip goes on behind its neighbour where that is nearer.

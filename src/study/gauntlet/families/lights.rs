@@ -31,6 +31,8 @@ pub fn specks_far(maker: &mut Maker) {
     };
     maker.any_wall(behind_px);
     for _ in 0..count {
+        // Two in one plane would be seen in no certain order.
+        let coc_px = coc_px * maker.random.between(0.97, 1.0);
         speck(maker, side_px, coc_px);
     }
 }
