@@ -68,6 +68,8 @@ struct Highlights {
     sample_px: f32,
     /// 1: the lens is a disc.
     is_disc: u32,
+    /// Tiles around those of the outer frame that light from its stretched border reaches from.
+    margin_tiles: u32,
 }
 
 /// Side, px, of the square that has the emitter's mean variance, a twelfth of its area.

@@ -50,6 +50,10 @@ struct Adaptive {
     lens: Lens,
     /// Samples of the first layer a pixel on each side.
     samples_a_side: u32,
+    /// Lens points a pixel of a noisy tile.
+    most_points: u32,
+    /// Root mean square error of display values from which a tile is noisy.
+    noise_limit: f32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;
@@ -94,6 +98,8 @@ struct Tile {
     class_of: u32,
     /// Length of the tile's list of emitters.
     emitters: u32,
+    /// Greatest difference of s, px, between neighbouring texels of the first layer.
+    step_s: f32,
 }
 
 /// Whether a surface in bin `front` lies in front of those in bin `back` by enough to hide

@@ -5,8 +5,9 @@
 //     |_/_/__ x    whose s the texel under it holds
 //     |/ /
 
-// Near focus a silhouette is sharp, and what matters is where it lies within a pixel: there
-// rays ask the samples of the first layer, elsewhere the layers' texels with their means.
+// Rays ask the samples of the first layer where its outline lies: they are finer than the texels
+// of the layers. What is hidden behind them is asked of the layers. Colours are means over
+// the samples of a texel; near focus, where the picture is sharp, those of samples.
 
 #import emitters
 #import layers
@@ -133,12 +134,7 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
         var width = 0.0;
         for (var start = runs[r].x; start < end; start += width) {
             width = step_from(start, end, v);
-            var hit = Hit(NO_HIT, 0.0, p, 0u);
-            if is_fine(start) {
-                hit = step_through_samples(p, v, start, width);
-            } else {
-                hit = step_through_layers(p, v, start, width);
-            }
+            let hit = step_through(p, v, start, width);
             reads += hit.reads;
             if hit.layer != NO_HIT {
                 return Hit(hit.layer, hit.s, hit.at, reads);
@@ -161,68 +157,71 @@ fn place_on_ray(p: vec2f, v: vec2f, s: f32) -> vec2f {
     return p - v * (s * sqrt(1.0 - min(filter_blur(bucket_of(s)) / s2, 0.9)));
 }
 
-/// What a ray hits between s = `start` and `width` behind it: it asks at both ends of the
-/// step, and where it meets the surface that either holds.
-fn step_through_layers(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
-    let range = vec2f(start - TOLERANCE_S, start + width + TOLERANCE_S);
-    let front = ask_layers(p, v, start, range);
-    if front.layer != NO_HIT {
+/// Length, samples, of a step that is not worth asking at both of its ends.
+const SAME_SAMPLE = 0.5;
+
+/// What a ray hits between s = `start` and `width` behind it. It asks at both ends of the step;
+/// near focus, where steps are short, once.
+fn step_through(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+    let fine = is_fine(start);
+    // What is near the front of a step hides what is near its end.
+    let front = ask(p, v, start + select(0.0, 0.25 * width, fine), start, width);
+    if front.layer != NO_HIT || fine || width * length(v) * f32(adaptive.samples_a_side) < SAME_SAMPLE {
         return front;
     }
-    let back = ask_layers(p, v, start + width, range);
+    let back = ask(p, v, start + width, start, width);
     return Hit(back.layer, back.s, back.at, front.reads + back.reads);
 }
 
-/// What a ray hits of the surfaces with s in a `range` that lie where it passes s = `asked`.
-fn ask_layers(p: vec2f, v: vec2f, asked: f32, range: vec2f) -> Hit {
-    let at = place_on_ray(p, v, asked);
-    let s = radii_at(at);
-    let k = first_within(s, range.x, range.y);
-    if k < 0 {
-        return Hit(NO_HIT, 0.0, at, 1u);
-    }
-    let there = radii_at(place_on_ray(p, v, s[k]));
-    let j = nearest_to(there, s[k]);
-    if is_same(there[j], s[k]) {
-        return Hit(j, there[j], place_on_ray(p, v, there[j]), 2u);
-    }
-    // Where there is only what lies behind, the ray passes beside the surface.
-    return Hit(select(NO_HIT, k, there.x <= s[k]), s[k], at, 2u);
-}
-
-/// The same near focus. Layers are asked for what the sample hides.
-fn step_through_samples(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+/// What a ray hits of the surfaces of a step that lie where it passes s = `asked`: the sample
+/// of the first layer there, or the other layers where that hides them. It is hit where the ray
+/// meets it.
+fn ask(p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
     let low = start - TOLERANCE_S;
     let high = start + width + TOLERANCE_S;
-    // What is near the front of a step hides what is near its end.
-    let at = p - v * (start + 0.25 * width);
+    let at = place_on_ray(p, v, asked);
     let s = sample_s(sample_at(at));
-    if s >= low && s <= high {
-        let there = sample_s(sample_at(p - v * s));
-        if is_met(there, s, width) {
-            return Hit(SAMPLE, there, p - v * there, 2u);
-        }
-        // Where the ray meets that depth there is only what lies behind: it passes beside.
-        return Hit(select(SAMPLE, NO_HIT, there > s), s, at, 2u);
-    }
     if s > high {
         return Hit(NO_HIT, 0.0, at, 1u);
     }
-    let hidden = radii_at(at);
-    let k = first_within(hidden, max(low, s + MERGED_S), high);
-    if k < 0 {
-        return Hit(NO_HIT, 0.0, at, 2u);
+    var expected = s;
+    var layer = SAMPLE;
+    var reads = 2u;
+    if s < low {
+        let hidden = radii_at(at);
+        layer = first_within(hidden, max(low, s + MERGED_S), high);
+        if layer < 0 {
+            return Hit(NO_HIT, 0.0, at, 2u);
+        }
+        expected = hidden[layer];
+        reads = 3u;
     }
-    return Hit(k, hidden[k], at, 2u);
+    let met_at = place_on_ray(p, v, expected);
+    let seen = sample_s(sample_at(met_at));
+    if is_met(seen, expected, width) {
+        return Hit(SAMPLE, seen, place_on_ray(p, v, seen), reads);
+    }
+    if layer == SAMPLE {
+        // Where there is only what lies behind, the ray passes beside the surface.
+        return Hit(select(SAMPLE, NO_HIT, seen > expected), expected, at, reads);
+    }
+    let there = radii_at(met_at);
+    let j = nearest_to(there, expected);
+    if is_same(there[j], expected) {
+        return Hit(j, there[j], place_on_ray(p, v, there[j]), reads + 1u);
+    }
+    return Hit(select(NO_HIT, layer, there.x <= expected), expected, at, reads + 1u);
 }
 
 /// Difference of s, px, within which a texel of the first layer may be the surface that a
 /// sample shows.
 const MERGED_S = 0.5;
 
-/// Whether what lies where a ray meets s = `expected` is what the ray was to meet there.
+/// Whether what lies where a ray meets s = `expected` is what the ray was to meet there. Near
+/// focus a step is short, and the surface may lie anywhere in it.
 fn is_met(s: f32, expected: f32, width: f32) -> bool {
-    return abs(s - expected) <= max(0.5, TOLERANCE_S + width);
+    let within_step = abs(s - expected) <= max(0.5, TOLERANCE_S + width);
+    return is_same(s, expected) || (is_fine(expected) && within_step);
 }
 
 // ---- colour ----
@@ -288,10 +287,28 @@ fn color_place(layer: i32, position: vec2f) -> vec2f {
     return texels_of(adaptive.fineness, position) - select(0.0, 0.5 - 0.5 / draws, layer == 0);
 }
 
+/// A hit of a sample as one of the layer that shows the same surface, whose colour is a mean
+/// over samples; the sample's own where no layer does.
+fn in_layers(hit: Hit) -> Hit {
+    if hit.layer != SAMPLE {
+        return hit;
+    }
+    let there = radii_at(hit.at);
+    let j = nearest_to(there, hit.s);
+    if is_same(there[j], hit.s) {
+        return Hit(j, there[j], hit.at, hit.reads);
+    }
+    return hit;
+}
+
 /// Colour of a hit. `limited`: without what emitters bring.
-fn color_of(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
+fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
+    if found.layer == SAMPLE && is_fine(found.s) {
+        return color_of_samples(found, p, v, limited);
+    }
+    let hit = in_layers(found);
     if hit.layer == SAMPLE {
-        return color_of_samples(hit, p, v, limited);
+        return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
     }
     let size = vec2f(textureDimensions(radii));
     let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);

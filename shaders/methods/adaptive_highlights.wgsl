@@ -21,6 +21,10 @@
 
 const NO_CELL = 9u;
 
+/// By how many levels cells of the stretched border are larger: it is the same everywhere across
+/// the border, and a tile sees only so many emitters.
+const STRETCHED_LEVELS = 2.0;
+
 /// Most layers that there are (`MAX_LAYERS` in src/methods/adaptive/mod.rs).
 const MAX_LAYERS = 4u;
 
@@ -40,21 +44,25 @@ fn find_emitters(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let corner = vec2i(group.xy * TILE) + i32(adaptive.overscan) - i32(adaptive.first_tile * TILE);
-    let pixel = corner + vec2i(local.xy);
+    let first_tile = i32(adaptive.first_tile + highlights.margin_tiles);
+    let corner = vec2i(group.xy * TILE) + i32(adaptive.overscan) - first_tile * i32(TILE);
     let size = textureDimensions(depth) / adaptive.fineness;
-    let inside = all(pixel >= vec2i(0)) && all(pixel < vec2i(size));
+    // Rays that leave the frame meet its border stretched outwards, and so does light.
+    let at = corner + vec2i(local.xy);
+    let pixel = vec2u(clamp(at, vec2i(0), vec2i(size) - 1));
+    let is_stretched = any(at != vec2i(pixel));
     for (var layer = 0u; layer < adaptive.layers; layer++) {
         var light = Light();
-        if inside && layer == 0u {
-            light = lights[u32(pixel.y) * size.x + u32(pixel.x)];
-        } else if inside {
-            light = light_at(vec2u(pixel), layer);
+        if layer == 0u {
+            light = lights[pixel.y * size.x + pixel.x];
+        } else {
+            light = light_at(pixel, layer);
         }
         light_of[index] = light;
         cell_levels[index] = NO_CELL;
         if light.weight > 0.0 {
-            let level = u32(clamp(floor(log2(0.25 * abs(s_of(light)))), 0.0, 3.0));
+            let finest = floor(log2(0.25 * abs(s_of(light)))) + select(0.0, STRETCHED_LEVELS, is_stretched);
+            let level = u32(clamp(finest, 0.0, 3.0));
             cell_levels[index] = level;
             atomicOr(&levels_seen[layer], 1u << level);
         }

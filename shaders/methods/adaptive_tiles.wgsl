@@ -22,6 +22,8 @@ var<workgroup> bins_high: array<atomic<u32>, 8>;
 var<workgroup> farthest: array<atomic<u32>, 8>;
 var<workgroup> hidden: array<atomic<u32>, 8>;
 var<workgroup> hidden_by_front: array<atomic<u32>, 8>;
+/// Bits of a number that is not negative: they order as it does.
+var<workgroup> greatest_step: array<atomic<u32>, 8>;
 
 /// What a column of texels adds to its tile: `marked` with the bins of all layers at a
 /// texel, whose radii are packed.
@@ -44,6 +46,10 @@ fn mark_texel(at: vec2u, marked: Tile) -> Tile {
         }
     }
     textureStore(radii, at, s);
+    let last = textureDimensions(depth) - 1u;
+    let right = s_of_depth(adaptive, textureLoad(depth, min(at + vec2u(1u, 0u), last), 0, 0).r);
+    let below = s_of_depth(adaptive, textureLoad(depth, min(at + vec2u(0u, 1u), last), 0, 0).r);
+    tile.step_s = max(tile.step_s, max(abs(right - s.x), abs(below - s.x)));
     return tile;
 }
 
@@ -94,6 +100,7 @@ fn mark_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     atomicOr(&bins_high[local.y], found.high);
     atomicMax(&farthest[local.y], found.farthest);
     atomicMax(&hidden[local.y], found.hidden);
+    atomicMax(&greatest_step[local.y], bitcast<u32>(found.step_s));
     workgroupBarrier();
     if adaptive.layers > 1u {
         let back = atomicLoad(&farthest[local.y]);
@@ -113,6 +120,7 @@ fn mark_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
         tile.farthest = atomicLoad(&farthest[local.y]);
         tile.hidden = atomicLoad(&hidden[local.y]);
         tile.hidden_by_front = atomicLoad(&hidden_by_front[local.y]);
+        tile.step_s = bitcast<f32>(atomicLoad(&greatest_step[local.y]));
         marked[place.y * adaptive.tiles.x + place.x] = tile;
     }
 }
@@ -138,6 +146,7 @@ fn merged(tile: Tile, other: Tile, tiles: u32) -> Tile {
     var both = tile;
     both.low |= mask.x;
     both.high |= mask.y;
+    both.step_s = max(both.step_s, select(0.0, other.step_s, any(mask != vec2u(0u))));
     return both;
 }
 
@@ -181,14 +190,18 @@ fn dilate_rows(@builtin(global_invocation_id) id: vec3u) {
 /// Everything is in focus: a disc of 0.2 px radius has a standard deviation of 0.1 px.
 const COPY_S = 0.05;
 
-fn class_of(mask: vec2u) -> u32 {
+/// Difference of s, px, between neighbouring texels that one surface may have where rays do
+/// not search for it.
+const UNIFORM_STEP_S = 0.25;
+
+fn class_of(mask: vec2u, step_s: f32) -> u32 {
     let nearest = edge_of(adaptive, first_bin(mask));
     let farthest = edge_of(adaptive, last_bin(mask) + 1u);
     let greatest = max(abs(nearest), abs(farthest));
     if greatest < COPY_S {
         return COPY;
     }
-    return select(COMPLEX, UNIFORM, farthest - nearest <= 0.5 + 0.3 * greatest);
+    return select(COMPLEX, UNIFORM, farthest - nearest <= 0.5 + 0.3 * greatest && step_s <= UNIFORM_STEP_S);
 }
 
 @compute @workgroup_size(8, 8)
@@ -210,7 +223,7 @@ fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
     }
     let index = id.y * adaptive.inner_tiles.x + id.x;
     tile.emitters = emitter_counts[1u + index];
-    tile.class_of = select(class_of(vec2u(tile.low, tile.high)), COMPLEX, tile.emitters > 0u);
+    tile.class_of = select(class_of(vec2u(tile.low, tile.high), tile.step_s), COMPLEX, tile.emitters > 0u);
     dilated[index] = tile;
     list_tile(id.xy, tile.class_of);
     textureStore(classes, id.xy, vec4f(f32(tile.class_of) * 0.5));

@@ -26,6 +26,75 @@ fn store_sums(pixel: vec2u, hits: f32) {
     }
 }
 
+/// What the rays of a pixel have found so far.
+var<private> hit_count: f32;
+var<private> read_count: u32;
+var<private> layer_sum: f32;
+/// Sum of the colours of every other ray less that of the rest, each as the composite's
+/// filter leaves of its noise.
+var<private> imbalance: vec3f;
+
+/// Standard deviation of a mean of independent values that the composite's filter leaves of a
+/// bucket: none for the sharp one; [1 2 1] / 4 and [1 2 2 2 1] / 8 on both axes.
+fn noise_left(bucket: u32) -> f32 {
+    if bucket == SHARP {
+        return 1.0;
+    }
+    return select(0.375, 0.21875, bucket == 0u || bucket == BUCKETS - 1u);
+}
+
+fn add_hit(s: f32, color: vec3f, number: u32) {
+    let bucket = bucket_of(s);
+    sums[bucket] += vec4f(color, 1.0);
+    hit_count += 1.0;
+    imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * noise_left(bucket) * color;
+}
+
+/// Casts the rays of a pixel through its lens points from `first` up to `end`.
+fn cast_rays(p: vec2f, index: u32, first: u32, end: u32) {
+    for (var i = first; i < end; i++) {
+        let v = lens_points[index * adaptive.most_points + i];
+        let nearby = serving_view(v);
+        if nearby >= 0 {
+            let seen = trace_in_view(p, v, nearby);
+            read_count += seen.reads;
+            if seen.layer >= 0 {
+                add_hit(seen.s, color_in_view(seen, p, v, nearby, emitter_count > 0u), i);
+                read_count += 1u;
+                continue;
+            }
+        }
+        let hit = trace(p, v);
+        read_count += hit.reads;
+        if hit.layer >= 0 {
+            add_hit(hit.s, color_of(hit, p, v, emitter_count > 0u), i);
+            layer_sum += layer_number(hit);
+            read_count += 1u;
+        }
+    }
+}
+
+/// Squared error of a pixel as a display shows it, estimated from the difference of two halves
+/// of its rays.
+fn estimated_error() -> f32 {
+    if hit_count == 0.0 {
+        return 0.0;
+    }
+    var sum = vec3f(0.0);
+    for (var b = 0u; b < BUCKETS; b++) {
+        sum += sums[b].rgb;
+    }
+    let mean = sum / hit_count;
+    let error = imbalance / hit_count;
+    // Slope of the sRGB curve, and none where the display is at its brightest.
+    let slope = min(vec3f(12.92), 0.44 * pow(max(mean, vec3f(1e-4)), vec3f(-0.583)));
+    let shown = select(slope, vec3f(0.0), mean - abs(error) > vec3f(1.0)) * error;
+    return min(dot(shown, shown) / 3.0, 1.0);
+}
+
+/// Sum over the tile's pixels of their squared errors, in units of 1e-6.
+var<workgroup> tile_error: atomic<u32>;
+
 @compute @workgroup_size(8, 8)
 fn trace_complex(
     @builtin(workgroup_id) group: vec3u,
@@ -40,46 +109,29 @@ fn trace_complex(
     }
     workgroupBarrier();
     let pixel = tile * TILE + local.xy;
-    if any(pixel >= adaptive.size) {
+    let inside = all(pixel < adaptive.size);
+    let p = vec2f(pixel + adaptive.overscan) + 0.5;
+    cast_rays(p, index, 0u, select(0u, adaptive.points, inside));
+    atomicAdd(&tile_error, u32(1e6 * estimated_error()));
+    workgroupBarrier();
+    let limit = 64e6 * adaptive.noise_limit * adaptive.noise_limit;
+    let noisy = f32(atomicLoad(&tile_error)) > limit;
+    let rays = select(adaptive.points, adaptive.most_points, noisy);
+    cast_rays(p, index, adaptive.points, select(0u, rays, inside));
+    if !inside {
         return;
     }
-    let p = vec2f(pixel + adaptive.overscan) + 0.5;
-    var hits = 0.0;
-    var reads = 0u;
-    var layers_hit = 0.0;
-    for (var i = 0u; i < adaptive.points; i++) {
-        let v = lens_points[index * adaptive.points + i];
-        let nearby = serving_view(v);
-        if nearby >= 0 {
-            let seen = trace_in_view(p, v, nearby);
-            reads += seen.reads;
-            if seen.layer >= 0 {
-                sums[bucket_of(seen.s)] += vec4f(color_in_view(seen, p, v, nearby, emitter_count > 0u), 1.0);
-                hits += 1.0;
-                reads += 1u;
-                continue;
-            }
-        }
-        let hit = trace(p, v);
-        reads += hit.reads;
-        if hit.layer >= 0 {
-            sums[bucket_of(hit.s)] += vec4f(color_of(hit, p, v, emitter_count > 0u), 1.0);
-            hits += 1.0;
-            layers_hit += layer_number(hit);
-            reads += 1u;
-        }
-    }
-    let missed = f32(adaptive.points) - hits;
-    if hits == 0.0 {
+    let missed = f32(rays) - hit_count;
+    if hit_count == 0.0 {
         // Nothing but cracks: what the pinhole sees.
         let own = radii_at(p).x;
         let color = pinhole_color(p);
         sums[bucket_of(own)] = vec4f(color, 1.0);
-        hits = 1.0;
+        hit_count = 1.0;
     }
-    store_sums(pixel, hits);
+    store_sums(pixel, hit_count);
     if adaptive.diagnose != 0u {
-        textureStore(counts, pixel, vec4f(f32(adaptive.points), f32(reads), layers_hit, missed));
+        textureStore(counts, pixel, vec4f(f32(rays), f32(read_count), layer_sum, missed));
     }
 }
 
@@ -89,7 +141,7 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let spacing = 0.35 * abs(hit.s) * sqrt(adaptive.lens_variance * PI / f32(adaptive.points));
     let footprint = k * spacing;
     // Mipmaps are of the first layer's mean, and hold what is around the surface too.
-    if footprint <= 1.0 || hit.layer != 0 || !surrounded(hit, spacing) {
+    if footprint <= 1.0 || hit.layer != 0 {
         return color_of(hit, p, v, false);
     }
     // A box of `footprint` texels, read bilinearly.
@@ -100,16 +152,6 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let size = vec2f(textureDimensions(radii));
     let inside = clamp(at, vec2f(margin), max(size - margin, vec2f(margin)));
     return textureSampleLevel(colors, linear_clamp, inside / vec2f(textureDimensions(colors)), 0, level).rgb;
-}
-
-/// Whether the first layer is the surface that was hit up to `distance` px around.
-fn surrounded(hit: Hit, distance: f32) -> bool {
-    var same = true;
-    for (var i = 0; i < 4; i++) {
-        let offset = 2.0 * vec2f(vec2i(i & 1, i >> 1)) - 1.0;
-        same = same && abs(radii_at(hit.at + distance * offset).x - hit.s) <= 0.25 + 0.08 * abs(hit.s);
-    }
-    return same;
 }
 
 /// What a ray hits where all surfaces have about the s of its pixel, `own`.
@@ -148,7 +190,7 @@ fn trace_uniform(
     var hits = 0.0;
     var layers_hit = 0.0;
     for (var i = 0u; i < adaptive.points; i++) {
-        let v = lens_points[index * adaptive.points + i];
+        let v = lens_points[index * adaptive.most_points + i];
         let hit = meet(p, v, own);
         if hit.layer >= 0 {
             sums[bucket_of(hit.s)] += vec4f(smooth_color_of(hit, p, v), 1.0);

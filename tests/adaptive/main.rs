@@ -243,7 +243,7 @@ fn every_tile_is_in_the_list_of_its_class_once() {
 #[test]
 fn rays_hit_what_an_exhaustive_walk_hits() {
     for fineness in [1, 2] {
-        check_hits(&Adaptive { filter: false, fineness, ..Adaptive::default() });
+        check_hits(&Adaptive { filter: false, fineness, draws: 1, refine: 1, ..Adaptive::default() });
     }
 }
 
@@ -251,7 +251,7 @@ fn check_hits(method: &Adaptive) {
     let mut view = bars();
     let image = render(method, &mut view, &lens());
     let found = find_tiles(method, &mut view, &lens());
-    let points = lens_points(&Aperture::Disc, 16, true, 0);
+    let points = lens_points(&Aperture::Disc, 16, 16, true, 0);
     let color_of_s = |s: f64| {
         let depth = lens().coc().depth_at(2.0 * s);
         if depth < 2.0 {

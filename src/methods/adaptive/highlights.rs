@@ -29,6 +29,7 @@ uniform! {
         capacity: u32,
         sample_px: f32,
         is_disc: u32,
+        margin_tiles: u32,
     }
 }
 
@@ -54,16 +55,19 @@ impl Highlights {
     ) -> Self {
         let gpu = frame.gpu();
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
-        let outer = UVec2::from(adaptive.tiles) * TILE_PX;
+        // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
+        let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
+        let searched = (UVec2::from(adaptive.tiles) + 2 * margin_tiles) * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {
                 capacity: CAPACITY,
                 sample_px: lights.sample_px,
                 is_disc: (*aperture == Aperture::Disc).into(),
+                margin_tiles,
             },
             counts: counts(gpu, adaptive),
             lists: gpu.buffer("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
-            emitters: gpu.buffer("emitters", EMITTER_BYTES * u64::from(outer.x) * u64::from(outer.y)),
+            emitters: gpu.buffer("emitters", EMITTER_BYTES * u64::from(searched.x) * u64::from(searched.y)),
             aperture: aperture_table(gpu, aperture),
         };
         frame
@@ -76,7 +80,7 @@ impl Highlights {
             .buffer("emitter_counts", &found.counts)
             .buffer("emitter_lists", &found.lists)
             .buffer("emitters", &found.emitters)
-            .dispatch(outer);
+            .dispatch(searched);
         found
     }
 }

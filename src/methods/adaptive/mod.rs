@@ -8,7 +8,8 @@
 //!    more samples and their mean, and kept while the view stays;
 //! 2. tiles of 8x8 pixels find which of 64 bins of s their rays can meet ([`tiles`]) and
 //!    with that whether they are sharp, of one blur, or need rays through depth;
-//! 3. each pixel traces its own few lens points through the occupied bins;
+//! 3. each pixel traces its own few lens points through the occupied bins, and more of them in
+//!    tiles where two halves of the rays differ by more than a display hides;
 //! 4. what is far brighter than white reaches the pixels that its blur covers one by one;
 //! 5. hits are gathered in five buckets of s, filtered over the neighbours, whose lens
 //!    points differ, and composited front to back.
@@ -49,6 +50,13 @@ const VIEWS: &[&str] = &["0", "4"];
 /// Layers that fit in one texel of radii; `adaptive_highlights.wgsl` has a word for each.
 const MAX_LAYERS: u32 = 4;
 
+/// Greatest factor by which noisy tiles have more lens points.
+const MAX_REFINE: u32 = 4;
+
+/// Root mean square error of a tile, of display values in [0, 1], from which it is noisy: three
+/// steps of an 8-bit display. It is estimated from the difference of two halves of the rays.
+const NOISE_LIMIT: f32 = 3.0 / 255.0;
+
 /// Frames submitted at once.
 const FRAMES_A_FLUSH: u32 = 16;
 
@@ -63,6 +71,8 @@ pub struct Adaptive {
     pub fineness: u32,
     /// Times on each axis that the first layer is drawn, moved by parts of a texel, 1 to 4.
     pub draws: u32,
+    /// Times as many lens points in tiles that are noisy with those: 1 to 4.
+    pub refine: u32,
     /// Index of the number of off-centre views: 0 or 4.
     pub views: usize,
     /// Whether surfaces behind all that is seen are left out.
@@ -82,6 +92,7 @@ impl Default for Adaptive {
             layers: MAX_LAYERS,
             fineness: 2,
             draws: 2,
+            refine: MAX_REFINE,
             views: 0,
             cull: true,
             jitter: true,
@@ -117,6 +128,8 @@ uniform! {
         view_distance: f32,
         lens: LensUniform,
         samples_a_side: u32,
+        most_points: u32,
+        noise_limit: f32,
         _pad: u32,
     }
 }
@@ -171,6 +184,14 @@ impl Method for Adaptive {
                 &mut self.draws,
                 (1, MAX_DRAWS),
                 "Draws the nearest layer this often on each axis, moved by parts of a texel: thin things nearly in focus lie where they are, blurred surfaces show the mean, and glints and small lights as much light as they have. Costs memory, and time only when the view changes.",
+            ),
+            Param::int(
+                "refine",
+                "Refinement",
+                "times the points",
+                &mut self.refine,
+                (1, MAX_REFINE),
+                "Casts up to this many times the lens points in tiles whose rays differ by more than a display hides; 1 casts as many everywhere.",
             ),
             Param::choice(
                 "views",
@@ -246,7 +267,7 @@ impl Adaptive {
     /// One frame, with the lens points turned as the `turn`-th of many.
     fn turned(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, turn: u32) -> Result<Texture, MethodError> {
         let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
-        let points = lens_points(&lens.aperture, adaptive.points, self.jitter, turn);
+        let points = lens_points(&lens.aperture, adaptive.points, adaptive.most_points, self.jitter, turn);
         let views = match adaptive.views {
             0 => Views::none(frame, lens),
             _ => Views::draw(frame, view, lens, &adaptive)?,
@@ -326,6 +347,8 @@ impl Adaptive {
             view_distance: (views::DISTANCE * lens.aperture.radius() * std::f64::consts::FRAC_1_SQRT_2) as f32,
             lens: view.lens_uniform(lens),
             samples_a_side: peeled.samples_a_side,
+            most_points: self.refine * (8 << self.points),
+            noise_limit: NOISE_LIMIT,
             ..Default::default()
         }
     }

@@ -8,26 +8,35 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// The golden angle, radians.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
-/// `count` lens points for each of the 8x8 pixels of a tile, row by row: a Vogel spiral
-/// turned by interleaved gradient noise (Jimenez, "Next Generation Post Processing in Call
-/// of Duty: Advanced Warfare", 2014), taken from the disc to the aperture. Without
-/// `rotate` all pixels share one set. Every `frame` has other angles and radii, as far from
-/// those of the frames before as can be: steps of Roberts's R2 sequence ("The Unreasonable
-/// Effectiveness of Quasirandom Sequences", 2018).
-pub fn lens_points(aperture: &Aperture, count: u32, rotate: bool, frame: u32) -> Vec<[f32; 2]> {
-    let frame_turn = (f64::from(frame) * 0.754_877_666_246_692_7).fract();
-    let frame_ring = (0.5 + f64::from(frame) * 0.569_840_290_998_053_3).fract();
+/// Lens points of all 8x8 pixels of a tile, row by row: for each `count` by which its picture is
+/// made, and then those that noisy tiles add, up to `most` in all.
+///
+/// Each of the two sets is a Vogel spiral turned by interleaved gradient noise (Jimenez,
+/// "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014), taken from
+/// the disc to the aperture. Without `rotate` all pixels share them. Every `frame` has other angles
+/// and radii, as far from those of the frames before as can be: steps of Roberts's R2 sequence ("The
+/// Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+pub fn lens_points(aperture: &Aperture, count: u32, most: u32, rotate: bool, frame: u32) -> Vec<[f32; 2]> {
     let pixel_points = |pixel: u32| {
-        let turn = frame_turn + if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
-        (0..count).map(move |i| {
-            let radius = ((f64::from(i) + frame_ring) / f64::from(count)).sqrt();
-            let angle = GOLDEN_ANGLE * f64::from(i) + TAU * turn;
-            let disc = radius * dvec2(angle.cos(), angle.sin());
-            let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };
-            v.as_vec2().to_array()
-        })
+        let noise = if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
+        let spiral = move |count: u32, sequence: f64| {
+            let turn = noise + (sequence * 0.754_877_666_246_692_7).fract();
+            let ring = (0.5 + sequence * 0.569_840_290_998_053_3).fract();
+            (0..count).map(move |i| {
+                let radius = ((f64::from(i) + ring) / f64::from(count)).sqrt();
+                let angle = GOLDEN_ANGLE * f64::from(i) + TAU * turn;
+                radius * dvec2(angle.cos(), angle.sin())
+            })
+        };
+        // The second set of a frame lies half a step from the first.
+        let sequence = f64::from(frame);
+        spiral(count, sequence).chain(spiral(most - count.min(most), sequence + 0.5))
     };
-    (0..64).flat_map(pixel_points).collect()
+    let on_aperture = |disc: DVec2| {
+        let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };
+        v.as_vec2().to_array()
+    };
+    (0..64).flat_map(pixel_points).map(on_aperture).collect()
 }
 
 fn gradient_noise(x: u32, y: u32) -> f64 {

@@ -28,7 +28,7 @@ pub const MAX_RADIUS_PX: f64 = 160.0;
 
 /// What a tile's rays can meet: `Tile` in `shaders/lib/layers.wgsl`.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Tile {
     /// Occupied bins, bit i for bin i: 0 to 31, then 32 to 63.
     pub bins: [u32; 2],
@@ -39,6 +39,8 @@ pub struct Tile {
     pub class: u32,
     /// Emitters whose blur may cover the tile.
     pub emitters: u32,
+    /// Greatest difference of s, px, between neighbouring texels of the first layer.
+    pub step_s: f32,
 }
 
 /// Tiles of a view through a lens, still on the GPU.
