@@ -291,6 +291,23 @@ fn methods_are_judged_by_the_truth() {
     assert!(accumulation.sharp_error.expect("a sharp wall") < 0.002);
 }
 
+/// Also what is left of a scene of nothing but lights.
+#[test]
+fn a_scene_of_nothing_but_a_sky_is_drawn() {
+    let gpu = common::gpu();
+    let spec = SceneSpec { quads: Vec::new(), sky: [0.25, 0.5, 0.75], ..wall_and_light() };
+    assert_eq!(spec.check(), Ok(()));
+    let methods = defocus::methods::all();
+    let result = examine(gpu, &spec, "none", &methods, [8, 8]).expect("a result");
+    for (id, found) in &result.methods {
+        assert!(matches!(found, MethodFigures::Compared(_)), "{id}: {found:?}");
+        let exact = ["pinhole", "accumulation", "mipmap", "adaptive"].contains(id);
+        assert!(!exact || counted_db(found) == 50.0, "{id}: {found:?}");
+    }
+    let traced = spec.image().color.pixels;
+    assert!(traced.iter().all(|c| (*c - Vec3::new(0.25, 0.5, 0.75)).abs().max_element() < 1e-3));
+}
+
 /// A ramp, a step, and an image that differs from them.
 #[test]
 fn figures_tell_light_sharp_and_smooth_apart() {
