@@ -240,7 +240,7 @@ fn the_image_is_what_the_rasteriser_draws() {
         let image = spec.image();
         let mut view = view_of(gpu, &spec);
         let drawn = defocus::study::render(gpu, &mut view, &spec.lens(), &Pinhole).expect("renders").color;
-        let depth = view.depth_m(&gpu);
+        let depth = view.depth_m(gpu);
         let same = |i: usize| {
             let (a, b) = (image.color.pixels[i], drawn.pixels[i]);
             (a - b).abs().max_element() <= 2e-3 * b.max_element()
