@@ -240,7 +240,7 @@ fn the_image_is_what_the_rasteriser_draws() {
         let image = spec.image();
         let mut view = view_of(gpu, &spec);
         let drawn = defocus::study::render(gpu, &mut view, &spec.lens(), &Pinhole).expect("renders").color;
-        let depth = view.depth_m(&gpu);
+        let depth = view.depth_m(gpu);
         let same = |i: usize| {
             let (a, b) = (image.color.pixels[i], drawn.pixels[i]);
             (a - b).abs().max_element() <= 2e-3 * b.max_element()
@@ -289,6 +289,23 @@ fn methods_are_judged_by_the_truth() {
     let off = |figures: &Figures| (figures.light_kept.expect("a light") - 1.0).abs();
     assert!(off(&accumulation) < 0.005, "{accumulation:?}");
     assert!(accumulation.sharp_error.expect("a sharp wall") < 0.002);
+}
+
+/// Also what is left of a scene of nothing but lights.
+#[test]
+fn a_scene_of_nothing_but_a_sky_is_drawn() {
+    let gpu = common::gpu();
+    let spec = SceneSpec { quads: Vec::new(), sky: [0.25, 0.5, 0.75], ..wall_and_light() };
+    assert_eq!(spec.check(), Ok(()));
+    let methods = defocus::methods::all();
+    let result = examine(gpu, &spec, "none", &methods, [8, 8]).expect("a result");
+    for (id, found) in &result.methods {
+        assert!(matches!(found, MethodFigures::Compared(_)), "{id}: {found:?}");
+        let exact = ["pinhole", "accumulation", "mipmap", "adaptive"].contains(id);
+        assert!(!exact || counted_db(found) == 50.0, "{id}: {found:?}");
+    }
+    let traced = spec.image().color.pixels;
+    assert!(traced.iter().all(|c| (*c - Vec3::new(0.25, 0.5, 0.75)).abs().max_element() < 1e-3));
 }
 
 /// A ramp, a step, and an image that differs from them.

@@ -105,6 +105,13 @@ fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>, Vec<MeshRange>) {
         indices.extend_from_slice(&mesh.indices);
         ranges.push((first..indices.len() as u32, base_vertex));
     }
+    // A scene of nothing but a sky has buffers too, which must not be empty.
+    if vertices.is_empty() {
+        vertices.resize(VERTEX_STRIDE as usize, 0);
+    }
+    if indices.is_empty() {
+        indices.push(0);
+    }
     (vertices, indices, ranges)
 }
 

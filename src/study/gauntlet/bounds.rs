@@ -78,7 +78,9 @@ pub fn known_bounds() -> Result<Bounds, String> {
 
 /// The figures of a run, by method and family.
 pub fn known(results: &[SceneResult]) -> KnownMethods {
-    let mut figures: BTreeMap<(&str, &str), (Vec<f64>, Vec<f64>)> = BTreeMap::new();
+    // PSNR and light of each scene, by method and family.
+    type Columns = (Vec<f64>, Vec<f64>);
+    let mut figures: BTreeMap<(&str, &str), Columns> = BTreeMap::new();
     for result in results.iter().filter(|r| r.agrees) {
         for (method, found) in &result.methods {
             let (psnr_db, light) = figures.entry((*method, result.family)).or_default();

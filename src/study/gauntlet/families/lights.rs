@@ -30,10 +30,14 @@ pub fn specks_far(maker: &mut Maker) {
         _ => maker.random.between(coc_px, maker.k_px()),
     };
     maker.any_wall(behind_px);
+    let mut taken_px: Vec<DVec2> = Vec::new();
     for _ in 0..count {
-        // Two in one plane would be seen in no certain order.
-        let coc_px = coc_px * maker.random.between(0.97, 1.0);
-        speck(maker, side_px, coc_px);
+        let at_px = maker.in_frame(0.0);
+        // Two that overlap in one plane would be seen in no certain order.
+        if taken_px.iter().all(|other| (at_px - *other).abs().max_element() > side_px + 0.5) {
+            taken_px.push(at_px);
+            speck_at(maker, at_px, side_px, coc_px);
+        }
     }
 }
 
@@ -93,6 +97,10 @@ fn light_coc_px(maker: &mut Maker, count: usize, side_px: f64, behind_px: f64) -
 
 fn speck(maker: &mut Maker, side_px: f64, coc_px: f64) {
     let at_px = maker.in_frame(0.0);
+    speck_at(maker, at_px, side_px, coc_px);
+}
+
+fn speck_at(maker: &mut Maker, at_px: DVec2, side_px: f64, coc_px: f64) {
     let radiance = maker.random.log_between(SPECK_RADIANCE.0, SPECK_RADIANCE.1);
     let radiance = maker.tinted(radiance);
     maker.add_light(Patch::upright(at_px, DVec2::splat(side_px * 0.5), coc_px), radiance);
