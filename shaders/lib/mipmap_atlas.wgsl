@@ -3,12 +3,14 @@
 
 #import mipmap
 
-/// Layers: what is behind the focus distance through the narrow and the wide disc, what in
-/// front of it ends on the level, and everything, the last two through the narrow disc.
+/// Layers, all colour times weight: what is behind the focus distance through the narrow and
+/// the wide disc; through the narrow one what in front of it ends on the level, and all that
+/// is not in front or not blurred as much. Nothing ends on the coarsest level: alpha there is
+/// how much is in front of the focus distance at all.
 const NARROW = 0;
 const WIDE = 1;
 const SPREAD = 2;
-const EVERYTHING = 3;
+const REST = 3;
 
 /// Workgroups along x: what every adapter allows. More of them go on along y.
 const MAX_GROUPS = 65535u;

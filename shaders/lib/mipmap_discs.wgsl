@@ -41,9 +41,9 @@ fn disc_variance(l: f32, disc: u32) -> f32 {
     return level_variance(texel2) + texel2 * (BILINEAR_VARIANCE + params.disc_variance[disc]);
 }
 
-/// The node of level l, px^2; of level 0 the widest disc on the image.
-fn node(l: u32) -> f32 {
-    return select(disc_variance(f32(l), 1u), params.disc_variance.z, l == 0u);
+/// The narrow disc of level l, px^2.
+fn narrow_disc(l: u32) -> f32 {
+    return disc_variance(f32(l), 1u);
 }
 
 /// Signed CoC, px, of a stored depth; 0 for what counts as in focus.
@@ -57,11 +57,15 @@ fn variance_of_coc(c: f32) -> f32 {
     return variance_of_dob(dob(c));
 }
 
-/// Which part of a blur lies beyond the node of level l: the rest is between that and the
-/// one before.
+/// The widest disc of level l, px^2; of level 0 that on the image.
+fn widest(l: u32) -> f32 {
+    return select(disc_variance(f32(l), 2u), params.disc_variance.z, l == 0u);
+}
+
+/// Which part of a blur lies beyond the discs of level l: it is handed on to the next.
 fn handed_on(variance: f32, l: u32) -> f32 {
-    let own = node(l);
-    return clamp((variance - own) / (node(l + 1u) - own), 0.0, 1.0);
+    let own = widest(l);
+    return clamp((variance - own) / (narrow_disc(l + 1u) - own), 0.0, 1.0);
 }
 
 /// Which part something blurred by `variance` has in what is blurred by `of_variance`,

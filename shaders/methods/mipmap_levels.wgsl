@@ -52,7 +52,7 @@ fn plus(sum: Texel, w: f32, t: Texel) -> Texel {
 fn settled(t: Texel, l: u32) -> Texel {
     // Means over what is there; 0 of nothing.
     let coc = t.coc / max(vec2f(t.behind.a, t.before.a), vec2f(1e-20));
-    let behind = part(variance_of_coc(coc.x), node(l));
+    let behind = part(variance_of_coc(coc.x), narrow_disc(l));
     let before = handed_on(variance_of_coc(coc.y), l - 1u);
     return Texel(behind * t.behind, before * t.before, t.all, vec2f(behind, before) * t.coc);
 }
@@ -78,7 +78,7 @@ fn reduce_image(
         let c = coc_of(textureLoad(depth, p, 0).r);
         let variance = variance_of_coc(c);
         pixels[i] = vec4f(textureLoad(color, p, 0).rgb, c);
-        parts[i] = select(part(variance, node(1u)), handed_on(variance, 0u), c < 0.0);
+        parts[i] = select(part(variance, narrow_disc(1u)), handed_on(variance, 0u), c < 0.0);
     }
     workgroupBarrier();
     var sum = no_texel();
@@ -174,8 +174,9 @@ fn reduce_levels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
 const TILE = 12u;
 
 var<workgroup> behind: array<vec4f, 144>;
-var<workgroup> before: array<vec4f, 144>;
-var<workgroup> all_colors: array<vec4f, 144>;
+var<workgroup> before_narrow: array<vec4f, 144>;
+var<workgroup> before_wide: array<vec4f, 144>;
+var<workgroup> rest: array<vec4f, 144>;
 
 /// A workgroup for each 8x8 texels of each level, one level after another.
 @compute @workgroup_size(8, 8)
@@ -194,28 +195,30 @@ fn filter_levels(
     }
     let corner = 8 * vec2i(vec2u(place % groups.x, place / groups.x));
     let size = level_size(level);
-    let reads_all = params.foreground != 0u || params.anisotropic == 0u;
+    let reads_rest = params.foreground != 0u || params.anisotropic == 0u;
     for (var i = index; i < TILE * TILE; i += 64u) {
         let at = clamp_to_image(corner + vec2i(vec2u(i % TILE, i / TILE)) - 2, size);
         if params.background != 0u {
             behind[i] = textureLoad(pyramid, at, BEHIND, level - 1u);
         }
-        if reads_all {
-            all_colors[i] = textureLoad(pyramid, at, ALL, level - 1u);
-        }
-        if params.smoothing != 0u {
-            // What is not handed on to the next level: nothing is by the last.
+        if reads_rest {
+            let everything = textureLoad(pyramid, at, ALL, level - 1u);
             let own = textureLoad(pyramid, at, BEFORE, level - 1u);
             let coc = textureLoad(pyramid, at, COC, level - 1u).y / max(own.a, 1e-20);
-            let on = select(handed_on(variance_of_coc(coc), level), 0.0, level == params.levels);
-            before[i] = (1.0 - on) * own;
+            let variance = variance_of_coc(coc);
+            let wider = clamp((variance - narrow_disc(level)) / (widest(level) - narrow_disc(level)), 0.0, 1.0);
+            let ending = (wider - handed_on(variance, level)) * own;
+            before_wide[i] = select(ending, vec4f(0.0), level == params.levels);
+            before_narrow[i] =
+                select((1.0 - wider) * own, vec4f(0.0, 0.0, 0.0, everything.a), level == params.levels);
+            rest[i] = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
         }
     }
     workgroupBarrier();
     var narrow = vec4f(0.0);
     var wide = vec4f(0.0);
-    var spread = vec4f(0.0);
-    var all_narrow = vec4f(0.0);
+    var ending = vec4f(0.0);
+    var remaining = vec4f(0.0);
     for (var i = 0u; i < NEIGHBOURS; i++) {
         let w = disc_weights(i);
         let at = (local.y + i / 5u) * TILE + local.x + i % 5u;
@@ -223,11 +226,9 @@ fn filter_levels(
             narrow += w.y * behind[at];
             wide += w.z * behind[at];
         }
-        if w.y > 0.0 && reads_all {
-            all_narrow += w.y * all_colors[at];
-        }
-        if w.y > 0.0 && params.smoothing != 0u {
-            spread += w.y * before[at];
+        if reads_rest {
+            ending += w.y * before_narrow[at] + w.z * before_wide[at];
+            remaining += w.y * rest[at];
         }
     }
     let texel = vec2u(corner) + local.xy;
@@ -235,7 +236,7 @@ fn filter_levels(
         let at = level_origin(level) + texel;
         textureStore(atlas, at, NARROW, narrow);
         textureStore(atlas, at, WIDE, wide);
-        textureStore(atlas, at, SPREAD, spread);
-        textureStore(atlas, at, EVERYTHING, all_narrow);
+        textureStore(atlas, at, SPREAD, ending);
+        textureStore(atlas, at, REST, remaining);
     }
 }

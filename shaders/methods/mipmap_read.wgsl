@@ -4,13 +4,14 @@
 //   blur      the picture
 //   explain   the same, to look at: how each pixel and each tile got its colour
 //
-// A pixel sees through what lies in front of it and is more blurred than itself, which is
-// spread over it by its own blur, and sees the rest through its own:
+// Over each pixel is spread what lies in front of the focus distance, by its own blur, and
+// what of that leaves open shows what is behind it:
 //
 //   spread + (1 - alpha of spread) * own
 //
-// Behind the focus distance `own` is made of what lies behind it only, and of nothing that is
-// much sharper (equation 9); in front, of everything, as the paper has it.
+// Of a pixel behind the focus distance `own` is made, through its blur, of what lies behind it
+// as well and is not much sharper (equation 9). Of one in front it is what is known of things
+// behind it near by, since the image does not have what it hides.
 
 #import mipmap_discs
 #import mipmap_atlas
@@ -53,11 +54,10 @@ fn color_of(read: vec4f, fallback: vec3f) -> vec3f {
 /// least that of the first node: the two nearest discs blended, of diameters 1 : sqrt(2).
 fn behind_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
     let level = u32(max(1.0, floor(level_of_variance(wanted))));
-    let narrow = node(level);
-    let wide = disc_variance(f32(level), 2u);
+    let wide = widest(level);
     let wider = wanted >= wide;
-    let low = select(narrow, wide, wider);
-    let high = select(wide, node(level + 1u), wider);
+    let low = select(narrow_disc(level), wide, wider);
+    let high = select(wide, narrow_disc(level + 1u), wider);
     let fine = read_level(at, level, select(NARROW, WIDE, wider));
     let coarse = read_level(at, level + u32(wider), select(WIDE, NARROW, wider));
     let beta = clamp((wanted - low) / (high - low), 0.0, 1.0);
@@ -65,12 +65,13 @@ fn behind_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
     return blend_levels(fine_color, color_of(coarse, fine_color), beta);
 }
 
-/// The same of everything, by discs of diameters 1 : 2.
-fn everything_through(at: vec2f, wanted: f32) -> vec3f {
+/// The same of all that is not handed on in front, by discs of diameters 1 : 2.
+fn rest_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
     let level = u32(max(1.0, floor(level_of_variance(wanted))));
-    let fine = read_level(at, level, EVERYTHING).rgb;
-    let coarse = read_level(at, level + 1u, EVERYTHING).rgb;
-    return blend_levels(fine, coarse, handed_on(wanted, level));
+    let fine = color_of(read_level(at, level, REST), sharp);
+    let coarse = color_of(read_level(at, level + 1u, REST), fine);
+    let beta = (wanted - narrow_disc(level)) / (narrow_disc(level + 1u) - narrow_disc(level));
+    return blend_levels(fine, coarse, clamp(beta, 0.0, 1.0));
 }
 
 // ---- pixels ----
@@ -94,15 +95,19 @@ fn share_of(s: Shares, weights: vec3f, itself: bool) -> f32 {
     return dot(s.discs, weights) + select(0.0, s.itself, itself);
 }
 
-/// How far something in front of the focus distance counts as lying before a pixel: it does
-/// if it is twice as blurred, and does not if it is less blurred. Signed CoCs, px.
+/// How far a pixel in front of the focus distance counts as the surface of another there, or
+/// as lying before it: as soon as it is as blurred, and not at all if half as blurred. Signed
+/// CoCs, px.
 fn is_before(c: f32, pixel: f32) -> f32 {
-    return select(clamp(c / pixel - 1.0, 0.0, 1.0), 1.0, pixel >= 0.0);
+    return select(clamp(2.0 * c / pixel - 1.0, 0.0, 1.0), 0.0, c >= 0.0);
 }
 
-/// The same for what ends on level l, all of it blurred at least by the node before it.
-fn is_level_before(l: u32, variance: f32) -> f32 {
-    return clamp(sqrt(node(l - 1u) / max(variance, 1e-12)) - 1.0, 0.0, 1.0);
+/// Adds to what is seen behind something in front what a coarser read has of it, as far as
+/// finer ones have left it open: half of a read is enough to go by. Alpha is how far it is
+/// known.
+fn finest(known: vec4f, read: vec4f) -> vec4f {
+    let share = (1.0 - known.a) * min(2.0 * read.a, 1.0);
+    return known + share * vec4f(color_of(read, vec3f(0.0)), 1.0);
 }
 
 struct Seen {
@@ -140,7 +145,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         if own && c != 0.0 {
             atomicOr(&blurred, 1u);
         }
-        if c != 0.0 && variance < node(1u) && (own || (c < 0.0 && params.smoothing != 0u)) {
+        if c != 0.0 && variance < narrow_disc(1u) && (own || c < 0.0) {
             atomicOr(&drawn, 1u);
         }
     }
@@ -158,10 +163,11 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     let centre = (local.y + 2u) * AROUND + local.x + 2u;
     let own_coc = cocs[centre];
     let sharp = textureLoad(color, clamp_to_image(vec2i(at), size), 0).rgb;
-    let in_background = own_coc.x >= 0.0 && params.anisotropic != 0u;
 
     // Discs on the image.
     let own_shares = shares(own_coc.y);
+    let in_front = own_coc.x < 0.0;
+    let sees_front = in_front || params.smoothing != 0u;
     var sum = vec4f(0.0);
     var spread = vec4f(0.0);
     for (var i = 0u; i < select(0u, NEIGHBOURS, is_drawn); i++) {
@@ -170,34 +176,54 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         let q = centre + (i / 5u) * AROUND + i % 5u - 2u * AROUND - 2u;
         let c = cocs[q];
         var taken = share_of(own_shares, weights, itself);
-        if in_background && !itself {
-            taken *= select(part(c.y, max(own_coc.y, 1e-12)), 0.0, c.x < 0.0);
+        var before = select(0.0, 1.0, c.x < 0.0);
+        if in_front {
+            before = is_before(c.x, own_coc.x);
+            taken *= 1.0 - before;
+        } else if !itself {
+            let others = select(1.0, part(c.y, max(own_coc.y, 1e-12)), params.anisotropic != 0u);
+            taken *= select(others, 0.0, c.x < 0.0);
         }
         sum += taken * colors[q];
-        if c.x < 0.0 && params.smoothing != 0u {
-            spread += share_of(shares(c.y), weights, itself) * is_before(c.x, own_coc.x) * colors[q];
+        if before > 0.0 && sees_front {
+            spread += share_of(shares(c.y), weights, itself) * before * colors[q];
         }
+    }
+
+    // Levels. The coarsest tells whether anything in front is near by: its texels are wider
+    // than what ends on any level reaches.
+    let own_level = u32(max(level_of_variance(own_coc.y), 0.0));
+    let reached = sees_front && params.foreground != 0u && read_level(at, params.levels, SPREAD).a > 0.0;
+    var behind = vec4f(0.0);
+    if in_front {
+        behind = finest(behind, sum);
+    }
+    for (var l = 1u; l < select(0u, params.levels, reached); l++) {
+        var before = 1.0;
+        if in_front {
+            // What ends on the levels from its own blur's on; the level before that fades out.
+            let fading = select(0.0, 1.0 - handed_on(own_coc.y, own_level), l + 1u == own_level);
+            before = select(fading, 1.0, l >= own_level);
+            if l <= own_level + 1u {
+                behind = finest(behind, read_level(at, l, REST));
+            }
+        }
+        spread += before * read_level(at, l, SPREAD);
     }
     var own = color_of(sum, sharp);
-
-    // Levels.
     let on = handed_on(own_coc.y, 0u);
-    if on > 0.0 {
-        let wanted = max(own_coc.y, node(1u));
+    if in_front {
+        own = color_of(behind, color_of(spread, sharp));
+        own = mix(color_of(spread, sharp), own, behind.a);
+    } else if on > 0.0 {
+        let wanted = max(own_coc.y, narrow_disc(1u));
         var coarse = vec3f(0.0);
-        if in_background {
+        if params.anisotropic != 0u {
             coarse = behind_through(at, wanted, sharp);
         } else {
-            coarse = everything_through(at, wanted);
+            coarse = rest_through(at, wanted, sharp);
         }
         own = blend_levels(own, coarse, on);
-    }
-    // The coarsest level tells whether anything in front is near by: its texels are wider than
-    // what ends on any level reaches.
-    let reached = params.smoothing != 0u && read_level(at, params.levels, EVERYTHING).a > 0.0;
-    for (var l = 1u; l < select(0u, params.levels, reached); l++) {
-        let before = select(is_level_before(l, own_coc.y), 1.0, own_coc.x >= 0.0);
-        spread += before * read_level(at, l, SPREAD);
     }
 
     let covered = min(spread.a, 1.0);
