@@ -46,7 +46,7 @@ struct Filtered {
     narrow: DVec4,
     wide: DVec4,
     spread: DVec4,
-    everything: DVec4,
+    rest: DVec4,
 }
 
 pub struct Mirror<'a> {
@@ -80,7 +80,7 @@ impl<'a> Mirror<'a> {
             padding: (padded - color.size) / 2,
         };
         for l in 1..=levels as usize {
-            let level = Image::from_fn((padded / 2) >> (l - 1), |x, y| mirror.reduced(l, i64::from(x), i64::from(y)));
+            let level = Image::from_fn((padded / 2) >> (l as u32 - 1), |x, y| mirror.reduced(l, i64::from(x), i64::from(y)));
             mirror.pyramid.push(level);
         }
         for l in 1..=levels as usize {
@@ -98,8 +98,12 @@ impl<'a> Mirror<'a> {
         0.25 * (texel2 - 1.0) + texel2 * (1.0 / 6.0 + self.discs[disc].variance)
     }
 
-    fn node(&self, l: usize) -> f64 {
-        if l == 0 { self.discs[2].variance } else { self.disc_variance(l, 1) }
+    fn narrow_disc(&self, l: usize) -> f64 {
+        self.disc_variance(l, 1)
+    }
+
+    fn widest(&self, l: usize) -> f64 {
+        if l == 0 { self.discs[2].variance } else { self.disc_variance(l, 2) }
     }
 
     fn coc_of(&self, x: i64, y: i64) -> f64 {
@@ -119,7 +123,7 @@ impl<'a> Mirror<'a> {
     }
 
     fn handed_on(&self, variance: f64, l: usize) -> f64 {
-        ((variance - self.node(l)) / (self.node(l + 1) - self.node(l))).clamp(0.0, 1.0)
+        ((variance - self.widest(l)) / (self.narrow_disc(l + 1) - self.widest(l))).clamp(0.0, 1.0)
     }
 
     fn part(&self, variance: f64, of_variance: f64) -> f64 {
@@ -135,7 +139,7 @@ impl<'a> Mirror<'a> {
         let color = self.color.at_clamped(x, y).as_dvec3();
         let variance = self.variance_of_coc(c);
         let (behind, before) =
-            if c < 0.0 { (0.0, self.handed_on(variance, 0)) } else { (self.part(variance, self.node(1)), 0.0) };
+            if c < 0.0 { (0.0, self.handed_on(variance, 0)) } else { (self.part(variance, self.narrow_disc(1)), 0.0) };
         Texel {
             behind: behind * color.extend(1.0),
             before: before * color.extend(1.0),
@@ -146,7 +150,7 @@ impl<'a> Mirror<'a> {
 
     fn settled(&self, t: Texel, l: usize) -> Texel {
         let coc = |coc: f64, weight: f64| coc / weight.max(1e-20);
-        let behind = self.part(self.variance_of_coc(coc(t.coc.x, t.behind.w)), self.node(l));
+        let behind = self.part(self.variance_of_coc(coc(t.coc.x, t.behind.w)), self.narrow_disc(l));
         let before = self.handed_on(self.variance_of_coc(coc(t.coc.y, t.before.w)), l - 1);
         Texel {
             behind: behind * t.behind,
@@ -175,13 +179,19 @@ impl<'a> Mirror<'a> {
         let level = &self.pyramid[l - 1];
         let mut sum = Filtered::default();
         for (i, ((dx, dy), narrow)) in self.discs[1].weights.iter().enumerate() {
+            let wide = self.discs[2].weights[i].1;
             let t = level.at_clamped(x + dx, y + dy);
-            let coc = t.coc.y / t.before.w.max(1e-20);
-            let on = if l == self.pyramid.len() { 0.0 } else { self.handed_on(self.variance_of_coc(coc), l) };
+            let variance = self.variance_of_coc(t.coc.y / t.before.w.max(1e-20));
+            let wider =
+                ((variance - self.narrow_disc(l)) / (self.widest(l) - self.narrow_disc(l))).clamp(0.0, 1.0);
+            let (by_narrow, by_wide) = match l == self.pyramid.len() {
+                true => (DVec3::ZERO.extend(t.all.w), DVec4::ZERO),
+                false => ((1.0 - wider) * t.before, (wider - self.handed_on(variance, l)) * t.before),
+            };
             sum.narrow += *narrow * t.behind;
-            sum.wide += self.discs[2].weights[i].1 * t.behind;
-            sum.spread += *narrow * (1.0 - on) * t.before;
-            sum.everything += *narrow * t.all;
+            sum.wide += wide * t.behind;
+            sum.spread += *narrow * by_narrow + wide * by_wide;
+            sum.rest += *narrow * (t.all.truncate().extend(1.0) - t.before).max(DVec4::ZERO);
         }
         sum
     }
@@ -211,22 +221,24 @@ impl<'a> Mirror<'a> {
 
     fn behind_through(&self, at: DVec2, wanted: f64, sharp: DVec3) -> DVec3 {
         let level = self.level_of_variance(wanted).floor().max(1.0) as usize;
-        let (narrow, wide) = (self.node(level), self.disc_variance(level, 2));
+        let (narrow, wide) = (self.narrow_disc(level), self.widest(level));
         let (low, high, fine, coarse) = match wanted >= wide {
             false => (narrow, wide, self.read_level(at, level, |f| f.narrow), self.read_level(at, level, |f| f.wide)),
             true => {
                 let coarse = self.read_level(at, level + 1, |f| f.narrow);
-                (wide, self.node(level + 1), self.read_level(at, level, |f| f.wide), coarse)
+                (wide, self.narrow_disc(level + 1), self.read_level(at, level, |f| f.wide), coarse)
             }
         };
         let fine = color_of(fine, sharp);
         self.blend_levels(fine, color_of(coarse, fine), ((wanted - low) / (high - low)).clamp(0.0, 1.0))
     }
 
-    fn everything_through(&self, at: DVec2, wanted: f64) -> DVec3 {
+    fn rest_through(&self, at: DVec2, wanted: f64, sharp: DVec3) -> DVec3 {
         let level = self.level_of_variance(wanted).floor().max(1.0) as usize;
-        let [fine, coarse] = [level, level + 1].map(|l| self.read_level(at, l, |f| f.everything).truncate());
-        self.blend_levels(fine, coarse, self.handed_on(wanted, level))
+        let fine = color_of(self.read_level(at, level, |f| f.rest), sharp);
+        let coarse = color_of(self.read_level(at, level + 1, |f| f.rest), fine);
+        let (low, high) = (self.narrow_disc(level), self.narrow_disc(level + 1));
+        self.blend_levels(fine, coarse, ((wanted - low) / (high - low)).clamp(0.0, 1.0))
     }
 
     /// The share of a pixel's light that neighbour `i` of 25 gets from the discs on the image.
@@ -245,39 +257,64 @@ impl<'a> Mirror<'a> {
         let sharp = self.color.at_clamped(x, y).as_dvec3();
         let own_coc = self.coc_of(x, y);
         let own_variance = self.variance_of_coc(own_coc);
-        let in_background = own_coc >= 0.0 && self.params.anisotropic;
+        let in_front = own_coc < 0.0;
+        let sees_front = in_front || self.params.smoothing;
         let (mut sum, mut spread) = (DVec4::ZERO, DVec4::ZERO);
         for (i, ((dx, dy), _)) in self.discs[0].weights.iter().enumerate() {
             let color = self.color.at_clamped(x + dx, y + dy).as_dvec3().extend(1.0);
             let c = self.coc_of(x + dx, y + dy);
             let variance = self.variance_of_coc(c);
-            let mut taken = self.share_of(own_variance, i);
-            if in_background && i != 12 {
-                taken *= if c < 0.0 { 0.0 } else { self.part(variance, own_variance.max(1e-12)) };
+            let before = match (c < 0.0, in_front) {
+                (false, _) => 0.0,
+                (true, false) => 1.0,
+                (true, true) => (2.0 * c / own_coc - 1.0).clamp(0.0, 1.0),
+            };
+            let taken = match (in_front, i == 12) {
+                (true, _) => 1.0 - before,
+                (false, true) => 1.0,
+                (false, false) if c < 0.0 => 0.0,
+                (false, false) if self.params.anisotropic => self.part(variance, own_variance.max(1e-12)),
+                (false, false) => 1.0,
+            };
+            sum += taken * self.share_of(own_variance, i) * color;
+            if sees_front {
+                spread += before * self.share_of(variance, i) * color;
             }
-            sum += taken * color;
-            if c < 0.0 && self.params.smoothing {
-                let before = if own_coc >= 0.0 { 1.0 } else { (c / own_coc - 1.0).clamp(0.0, 1.0) };
-                spread += self.share_of(variance, i) * before * color;
+        }
+        let own_level = self.level_of_variance(own_variance).max(0.0) as usize;
+        let mut behind = DVec4::ZERO;
+        let mut finest = |read: DVec4| {
+            behind += (1.0 - behind.w) * (2.0 * read.w).min(1.0) * color_of(read, DVec3::ZERO).extend(1.0);
+        };
+        if in_front {
+            finest(sum);
+        }
+        for l in 1..self.filtered.len() {
+            let mut before = f64::from(u8::from(sees_front));
+            if in_front {
+                before = match l >= own_level {
+                    true => 1.0,
+                    false if l + 1 == own_level => 1.0 - self.handed_on(own_variance, own_level),
+                    false => 0.0,
+                };
+                if l <= own_level + 1 {
+                    finest(self.read_level(at, l, |f| f.rest));
+                }
             }
+            spread += before * self.read_level(at, l, |f| f.spread);
         }
         let mut own = color_of(sum, sharp);
         let on = self.handed_on(own_variance, 0);
-        if on > 0.0 {
-            let wanted = own_variance.max(self.node(1));
-            let coarse = match in_background {
+        if in_front {
+            let front = color_of(spread, sharp);
+            own = front.lerp(color_of(behind, front), behind.w);
+        } else if on > 0.0 {
+            let wanted = own_variance.max(self.narrow_disc(1));
+            let coarse = match self.params.anisotropic {
                 true => self.behind_through(at, wanted, sharp),
-                false => self.everything_through(at, wanted),
+                false => self.rest_through(at, wanted, sharp),
             };
             own = self.blend_levels(own, coarse, on);
-        }
-        let levels = if self.params.smoothing { self.filtered.len() } else { 0 };
-        for l in 1..levels {
-            let before = match own_coc >= 0.0 {
-                true => 1.0,
-                false => ((self.node(l - 1) / own_variance.max(1e-12)).sqrt() - 1.0).clamp(0.0, 1.0),
-            };
-            spread += before * self.read_level(at, l, |f| f.spread);
         }
         spread.truncate() / spread.w.max(1.0) + (1.0 - spread.w.min(1.0)) * own
     }
