@@ -80,7 +80,8 @@ impl<'a> Mirror<'a> {
             padding: (padded - color.size) / 2,
         };
         for l in 1..=levels as usize {
-            let level = Image::from_fn((padded / 2) >> (l as u32 - 1), |x, y| mirror.reduced(l, i64::from(x), i64::from(y)));
+            let level =
+                Image::from_fn((padded / 2) >> (l as u32 - 1), |x, y| mirror.reduced(l, i64::from(x), i64::from(y)));
             mirror.pyramid.push(level);
         }
         for l in 1..=levels as usize {
@@ -182,8 +183,7 @@ impl<'a> Mirror<'a> {
             let wide = self.discs[2].weights[i].1;
             let t = level.at_clamped(x + dx, y + dy);
             let variance = self.variance_of_coc(t.coc.y / t.before.w.max(1e-20));
-            let wider =
-                ((variance - self.narrow_disc(l)) / (self.widest(l) - self.narrow_disc(l))).clamp(0.0, 1.0);
+            let wider = ((variance - self.narrow_disc(l)) / (self.widest(l) - self.narrow_disc(l))).clamp(0.0, 1.0);
             let (by_narrow, by_wide) = match l == self.pyramid.len() {
                 true => (DVec3::ZERO.extend(t.all.w), DVec4::ZERO),
                 false => ((1.0 - wider) * t.before, (wider - self.handed_on(variance, l)) * t.before),
@@ -244,8 +244,7 @@ impl<'a> Mirror<'a> {
     /// The share of a pixel's light that neighbour `i` of 25 gets from the discs on the image.
     fn share_of(&self, variance: f64, i: usize) -> f64 {
         let nodes = [0.0, self.discs[0].variance, self.discs[1].variance, self.discs[2].variance];
-        let beyond: Vec<f64> =
-            nodes.windows(2).map(|n| ((variance - n[0]) / (n[1] - n[0])).clamp(0.0, 1.0)).collect();
+        let beyond: Vec<f64> = nodes.windows(2).map(|n| ((variance - n[0]) / (n[1] - n[0])).clamp(0.0, 1.0)).collect();
         let ends = [beyond[1], beyond[2], self.handed_on(variance, 0)];
         let drawn: f64 = (0..3).map(|disc| (beyond[disc] - ends[disc]) * self.discs[disc].weights[i].1).sum();
         drawn + if i == 12 { 1.0 - beyond[0] } else { 0.0 }

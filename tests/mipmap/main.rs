@@ -84,17 +84,24 @@ fn the_shader_computes_what_the_mirror_computes() {
                 Box::new(move |x, y| mirror.pixel(x, y))
             }
         };
-        let differences = (0..SIZE.x * SIZE.y).map(|i| {
+        let difference = |i: u32| {
             let (x, y) = (i % SIZE.x, i / SIZE.x);
-            let difference = (gpu_image.at(x, y).as_dvec3() - pixel(x, y)).abs().max_element();
-            (difference, (x, y))
-        });
-        let (worst, at) = differences.max_by(|a, b| a.0.total_cmp(&b.0)).unwrap();
-        println!("{name}: differs by at most {worst:.5} at {at:?}");
+            (gpu_image.at(x, y).as_dvec3() - pixel(x, y)).abs().max_element()
+        };
+        let differences: Vec<f64> = (0..SIZE.element_product()).map(difference).collect();
         // Five levels stored as f16, each truncated by up to 2^-10 of at most 1; blurs of up
         // to 9 px stored likewise move the level by 1e-2, and with it the colour by as much
         // of the difference between two levels, 0.3 here.
-        assert!(worst < 5.0 / 1024.0 + 3e-3, "{name}: differs by {worst} at {at:?}");
+        let limit = 5.0 / 1024.0 + 3e-3;
+        let off = differences.iter().filter(|d| **d > limit).count();
+        let worst = differences.iter().copied().fold(0.0, f64::max);
+        println!("{name}: differs by at most {worst:.5}, by more than {limit:.4} at {off} pixels");
+        // As printed a read is refused by a threshold: rounding decides where the blur is just
+        // there. A read weighs up to a quarter.
+        let refuses = method.filter == MipmapFilter::AsPrinted as usize && method.anisotropic;
+        let allowed = if refuses { SIZE.element_product() as usize / 1000 } else { 0 };
+        assert!(off <= allowed, "{name}: {off} pixels differ by up to {worst}");
+        assert!(worst < limit + 0.25, "{name}: differs by {worst}");
     }
 }
 

@@ -30,14 +30,8 @@ impl<'a> Mirror<'a> {
         let coarsest = 1 << levels;
         let padded = uvec2(color.size.x.next_multiple_of(coarsest), color.size.y.next_multiple_of(coarsest));
         let padding = (padded - color.size) / 2;
-        let mut mirror = Self {
-            color,
-            depth,
-            lens: lens.clone(),
-            params: params.clone(),
-            pyramid: Vec::new(),
-            padding,
-        };
+        let mut mirror =
+            Self { color, depth, lens: lens.clone(), params: params.clone(), pyramid: Vec::new(), padding };
         for level in 0..levels {
             let size = (padded / 2) >> level;
             let next = Image::from_fn(size, |x, y| {
