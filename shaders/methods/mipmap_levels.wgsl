@@ -173,10 +173,47 @@ fn reduce_levels(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_
 /// Texels along a side that the discs around 8x8 reach.
 const TILE = 12u;
 
-var<workgroup> behind: array<vec4f, 144>;
-var<workgroup> before_narrow: array<vec4f, 144>;
-var<workgroup> before_wide: array<vec4f, 144>;
-var<workgroup> rest: array<vec4f, 144>;
+/// Tiles of four kinds, one after another: what is behind; what in front ends on the level,
+/// in its narrow and in its wide disc; the rest.
+var<workgroup> tiles: array<vec4f, 576>;
+const KIND = 144u;
+
+/// Sums over the neighbours of a texel that have the same share in a disc: itself, then as in
+/// `Params.discs`.
+struct Rings {
+    itself: vec4f,
+    edge: vec4f,
+    corner: vec4f,
+}
+
+struct OuterRings {
+    edge: vec4f,
+    knight: vec4f,
+    corner: vec4f,
+}
+
+fn rings(t: u32) -> Rings {
+    let corner = tiles[t - TILE - 1u] + tiles[t - TILE + 1u] + tiles[t + TILE - 1u] + tiles[t + TILE + 1u];
+    return Rings(tiles[t], tiles[t - TILE] + tiles[t - 1u] + tiles[t + 1u] + tiles[t + TILE], corner);
+}
+
+fn outer_rings(t: u32) -> OuterRings {
+    let up = t - 2u * TILE;
+    let down = t + 2u * TILE;
+    let knight = tiles[up - 1u] + tiles[up + 1u] + tiles[down - 1u] + tiles[down + 1u]
+        + tiles[t - TILE - 2u] + tiles[t - TILE + 2u] + tiles[t + TILE - 2u] + tiles[t + TILE + 2u];
+    let corner = tiles[up - 2u] + tiles[up + 2u] + tiles[down - 2u] + tiles[down + 2u];
+    return OuterRings(tiles[up] + tiles[t - 2u] + tiles[t + 2u] + tiles[down], knight, corner);
+}
+
+fn through_narrow(r: Rings) -> vec4f {
+    return params.discs[0].y * r.itself + params.discs[1].y * r.edge + params.discs[2].y * r.corner;
+}
+
+fn through_wide(r: Rings, o: OuterRings) -> vec4f {
+    return params.discs[0].z * r.itself + params.discs[1].z * r.edge + params.discs[2].z * r.corner
+        + params.discs[3].z * o.edge + params.discs[4].z * o.knight + params.discs[5].z * o.corner;
+}
 
 /// A workgroup for each 8x8 texels of each level, one level after another.
 @compute @workgroup_size(8, 8)
@@ -199,7 +236,7 @@ fn filter_levels(
     for (var i = index; i < TILE * TILE; i += 64u) {
         let at = clamp_to_image(corner + vec2i(vec2u(i % TILE, i / TILE)) - 2, size);
         if params.background != 0u {
-            behind[i] = textureLoad(pyramid, at, BEHIND, level - 1u);
+            tiles[i] = textureLoad(pyramid, at, BEHIND, level - 1u);
         }
         if reads_rest {
             let everything = textureLoad(pyramid, at, ALL, level - 1u);
@@ -208,10 +245,10 @@ fn filter_levels(
             let variance = variance_of_coc(coc);
             let wider = clamp((variance - narrow_disc(level)) / (widest(level) - narrow_disc(level)), 0.0, 1.0);
             let ending = (wider - handed_on(variance, level)) * own;
-            before_wide[i] = select(ending, vec4f(0.0), level == params.levels);
-            before_narrow[i] =
+            tiles[2u * KIND + i] = select(ending, vec4f(0.0), level == params.levels);
+            tiles[KIND + i] =
                 select((1.0 - wider) * own, vec4f(0.0, 0.0, 0.0, everything.a), level == params.levels);
-            rest[i] = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
+            tiles[3u * KIND + i] = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
         }
     }
     workgroupBarrier();
@@ -219,17 +256,16 @@ fn filter_levels(
     var wide = vec4f(0.0);
     var ending = vec4f(0.0);
     var remaining = vec4f(0.0);
-    for (var i = 0u; i < NEIGHBOURS; i++) {
-        let w = disc_weights(i);
-        let at = (local.y + i / 5u) * TILE + local.x + i % 5u;
-        if params.background != 0u {
-            narrow += w.y * behind[at];
-            wide += w.z * behind[at];
-        }
-        if reads_rest {
-            ending += w.y * before_narrow[at] + w.z * before_wide[at];
-            remaining += w.y * rest[at];
-        }
+    let centre = (local.y + 2u) * TILE + local.x + 2u;
+    if params.background != 0u {
+        let r = rings(centre);
+        narrow = through_narrow(r);
+        wide = through_wide(r, outer_rings(centre));
+    }
+    if reads_rest {
+        let w = centre + 2u * KIND;
+        ending = through_narrow(rings(centre + KIND)) + through_wide(rings(w), outer_rings(w));
+        remaining = through_narrow(rings(centre + 3u * KIND));
     }
     let texel = vec2u(corner) + local.xy;
     if place < groups.x * groups.y && all(texel < size) {

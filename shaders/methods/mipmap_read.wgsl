@@ -129,9 +129,15 @@ const FAR = 2u;
 /// Signed CoC and its variance of the pixels of a tile and around it.
 var<workgroup> cocs: array<vec2f, 144>;
 var<workgroup> colors: array<vec4f, 144>;
-/// Whether a pixel of the tile is blurred; whether a disc on the image reaches or makes one.
+/// Whether a pixel of the tile is blurred; by a disc on the image; whether one in front that
+/// is may reach the tile.
 var<workgroup> blurred: atomic<u32>;
 var<workgroup> drawn: atomic<u32>;
+var<workgroup> spreading: atomic<u32>;
+
+fn neighbour_of(centre: u32, i: u32) -> u32 {
+    return centre + (i / 5u) * AROUND + i % 5u - 2u * AROUND - 2u;
+}
 
 fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     let corner = vec2i(SIDE * group.xy + params.overscan) - 2;
@@ -145,14 +151,20 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         if own && c != 0.0 {
             atomicOr(&blurred, 1u);
         }
-        if c != 0.0 && variance < narrow_disc(1u) && (own || c < 0.0) {
-            atomicOr(&drawn, 1u);
+        if c != 0.0 && variance < narrow_disc(1u) {
+            if own {
+                atomicOr(&drawn, 1u);
+            }
+            if c < 0.0 {
+                atomicOr(&spreading, 1u);
+            }
         }
     }
     workgroupBarrier();
     let is_drawn = atomicLoad(&drawn) != 0u;
+    let is_spread = atomicLoad(&spreading) != 0u;
     let is_blurred = atomicLoad(&blurred) != 0u;
-    for (var i = index; i < select(0u, AROUND * AROUND, is_drawn); i += 64u) {
+    for (var i = index; i < select(0u, AROUND * AROUND, is_drawn || is_spread); i += 64u) {
         let p = clamp_to_image(corner + vec2i(vec2u(i % AROUND, i / AROUND)), size);
         colors[i] = vec4f(textureLoad(color, p, 0).rgb, 1.0);
     }
@@ -171,23 +183,23 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     var sum = vec4f(0.0);
     var spread = vec4f(0.0);
     for (var i = 0u; i < select(0u, NEIGHBOURS, is_drawn); i++) {
-        let weights = disc_weights(i);
         let itself = i == NEIGHBOURS / 2u;
-        let q = centre + (i / 5u) * AROUND + i % 5u - 2u * AROUND - 2u;
+        let q = neighbour_of(centre, i);
         let c = cocs[q];
-        var taken = share_of(own_shares, weights, itself);
-        var before = select(0.0, 1.0, c.x < 0.0);
+        var taken = share_of(own_shares, disc_weights(i), itself);
         if in_front {
-            before = is_before(c.x, own_coc.x);
-            taken *= 1.0 - before;
+            taken *= 1.0 - is_before(c.x, own_coc.x);
         } else if !itself {
             let others = select(1.0, part(c.y, max(own_coc.y, 1e-12)), params.anisotropic != 0u);
             taken *= select(others, 0.0, c.x < 0.0);
         }
         sum += taken * colors[q];
-        if before > 0.0 && sees_front {
-            spread += share_of(shares(c.y), weights, itself) * before * colors[q];
-        }
+    }
+    for (var i = 0u; i < select(0u, NEIGHBOURS, is_spread && sees_front); i++) {
+        let q = neighbour_of(centre, i);
+        let c = cocs[q];
+        let before = select(select(0.0, 1.0, c.x < 0.0), is_before(c.x, own_coc.x), in_front);
+        spread += share_of(shares(c.y), disc_weights(i), i == NEIGHBOURS / 2u) * before * colors[q];
     }
 
     // Levels. The coarsest tells whether anything in front is near by: its texels are wider
@@ -228,7 +240,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
 
     let covered = min(spread.a, 1.0);
     let seen = spread.rgb / max(spread.a, 1.0) + (1.0 - covered) * own;
-    let class_of = select(select(IN_FOCUS, FAR, is_blurred), NEAR, is_drawn);
+    let class_of = select(select(IN_FOCUS, FAR, is_blurred), NEAR, is_drawn || is_spread);
     return Seen(seen, own_coc.x, covered, max(level_of_variance(own_coc.y), 0.0), class_of);
 }
 
