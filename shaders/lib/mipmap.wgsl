@@ -23,7 +23,7 @@ struct Params {
     levels: u32,
     /// Overscan, px.
     overscan: u32,
-    /// 1: blurred foreground blurs over its edges, and there is some.
+    /// 1: foreground blurs over its edges, and there is some.
     smoothing: u32,
     /// CoC diameter, px, below which a pixel is left as it is.
     in_focus_coc_px: f32,
@@ -33,7 +33,7 @@ struct Params {
     background: u32,
     /// Size of level 1, texels.
     level_1: vec2u,
-    /// How many times as wide as its own a blur may be that a background pixel takes part in.
+    /// How many times as wide as its own a blur is that a background pixel has no part in.
     reach: f32,
     _unused: u32,
     /// Variance per axis, texel^2, of the three discs below.

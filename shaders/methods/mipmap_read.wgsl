@@ -51,27 +51,20 @@ fn color_of(read: vec4f, fallback: vec3f) -> vec3f {
 }
 
 /// What lies behind the focus distance, at `at`, through a disc of the given variance, at
-/// least that of the first node: the two nearest discs blended, of diameters 1 : sqrt(2).
+/// least that of the first: the two nearest discs blended, of diameters 1 : sqrt(2). With
+/// isotropic weights all that is not in front, by discs of diameters 1 : 2.
 fn behind_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
     let level = u32(max(1.0, floor(level_of_variance(wanted))));
-    let wide = widest(level);
-    let wider = wanted >= wide;
-    let low = select(narrow_disc(level), wide, wider);
-    let high = select(wide, narrow_disc(level + 1u), wider);
-    let fine = read_level(at, level, select(NARROW, WIDE, wider));
-    let coarse = read_level(at, level + u32(wider), select(WIDE, NARROW, wider));
+    let isotropic = params.anisotropic == 0u;
+    let wider = !isotropic && wanted >= widest(level);
+    let low = select(narrow_disc(level), widest(level), wider);
+    let next = isotropic || wider;
+    let high = select(widest(level), narrow_disc(level + 1u), next);
+    let fine = read_level(at, level, select(select(NARROW, WIDE, wider), REST, isotropic));
+    let coarse = read_level(at, level + u32(next), select(select(WIDE, NARROW, wider), REST, isotropic));
     let beta = clamp((wanted - low) / (high - low), 0.0, 1.0);
     let fine_color = color_of(fine, sharp);
     return blend_levels(fine_color, color_of(coarse, fine_color), beta);
-}
-
-/// The same of all that is not handed on in front, by discs of diameters 1 : 2.
-fn rest_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
-    let level = u32(max(1.0, floor(level_of_variance(wanted))));
-    let fine = color_of(read_level(at, level, REST), sharp);
-    let coarse = color_of(read_level(at, level + 1u, REST), fine);
-    let beta = (wanted - narrow_disc(level)) / (narrow_disc(level + 1u) - narrow_disc(level));
-    return blend_levels(fine, coarse, clamp(beta, 0.0, 1.0));
 }
 
 // ---- pixels ----
@@ -206,36 +199,23 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     // than what ends on any level reaches.
     let own_level = u32(max(level_of_variance(own_coc.y), 0.0));
     let reached = sees_front && params.foreground != 0u && read_level(at, params.levels, SPREAD).a > 0.0;
-    var behind = vec4f(0.0);
-    if in_front {
-        behind = finest(behind, sum);
-    }
     for (var l = 1u; l < select(0u, params.levels, reached); l++) {
-        var before = 1.0;
-        if in_front {
-            // What ends on the levels from its own blur's on; the level before that fades out.
-            let fading = select(0.0, 1.0 - handed_on(own_coc.y, own_level), l + 1u == own_level);
-            before = select(fading, 1.0, l >= own_level);
-            if l <= own_level + 1u {
-                behind = finest(behind, read_level(at, l, REST));
-            }
-        }
+        // Of something in front only what is as blurred: the level before its own fades out.
+        let fading = select(0.0, 1.0 - handed_on(own_coc.y, own_level), l + 1u == own_level);
+        let before = select(1.0, select(fading, 1.0, l >= own_level), in_front);
         spread += before * read_level(at, l, SPREAD);
     }
-    var own = color_of(sum, sharp);
+    var behind = select(vec4f(0.0), finest(vec4f(0.0), sum), in_front);
+    for (var l = 1u; l < select(0u, min(own_level + 2u, params.levels), in_front); l++) {
+        behind = finest(behind, read_level(at, l, REST));
+    }
     let on = handed_on(own_coc.y, 0u);
+    var own = color_of(sum, sharp);
     if in_front {
-        own = color_of(behind, color_of(spread, sharp));
-        own = mix(color_of(spread, sharp), own, behind.a);
+        let front = color_of(spread, sharp);
+        own = mix(front, color_of(behind, front), behind.a);
     } else if on > 0.0 {
-        let wanted = max(own_coc.y, narrow_disc(1u));
-        var coarse = vec3f(0.0);
-        if params.anisotropic != 0u {
-            coarse = behind_through(at, wanted, sharp);
-        } else {
-            coarse = rest_through(at, wanted, sharp);
-        }
-        own = blend_levels(own, coarse, on);
+        own = blend_levels(own, behind_through(at, max(own_coc.y, narrow_disc(1u)), sharp), on);
     }
 
     let covered = min(spread.a, 1.0);

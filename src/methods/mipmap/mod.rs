@@ -25,11 +25,14 @@
 //!   focus distance has a part in a level as far as its own blur reaches that level. Colours
 //!   are stored times that part, so what is sharp has none whichever way a level is read:
 //!   equation (9) bars sharp texels while levels are made, but a filter over a level, or a
-//!   bilinear read of it, mixes both sides of an edge again.
+//!   bilinear read of it, mixes both sides of an edge again. Nor does the light of small
+//!   things vanish that are less blurred than what is behind them.
 //! - In place of equations (10) and (11), each pixel in front of the focus distance is spread
 //!   by its own blur, through the levels, over what is behind it. The paper blurs the DoB
-//!   over the foreground's edges, which dims the foreground outside of its outline: 4 px
-//!   outside of a straight edge with C = 12 px it leaves 0.04 of it, where a lens has 0.28.
+//!   over the foreground's edges; what a pixel beyond them then reads is mostly the colour of
+//!   what lies behind: 4 px outside of a straight edge with C = 12 px it leaves 0.02 of the
+//!   foreground, where a lens has 0.28. And the DoB it reads, from levels that mix all there
+//!   is, blurs sharp things that lie between a speck in front and something far behind.
 //!
 //! **Which lens this is.** The paper names a Gaussian lens of sigma = C/2, but its level
 //! formula blurs close to a *disc* of diameter C, whose standard deviation is C/4. Here
@@ -55,7 +58,7 @@ impl Method for Mipmap {
             title: "Anisotropic mipmaps",
             paper: "Lee, Kim and Choi, Real-Time Depth-of-Field Rendering Using Anisotropically Filtered Mipmap Interpolation, TVCG 2009",
             summary: "Reads each pixel's blur from a mipmap that keeps sharp surfaces out of blurred backgrounds, and spreads blurred foreground over what is behind it.",
-            limits: "LIMITS",
+            limits: "One view only: what a blurred foreground hides is filled in from what is seen beside it. Behind the focus distance there is no order in depth beyond what is sharper: a blur takes in what is more blurred, too. Round apertures only. As printed also: blurred foreground hardly reaches over its outline (equation 11 smooths the degree of blur, and the colour read there is mostly what lies behind: 0.02 of it 4 px outside of an edge with C = 12 px, where a lens has 0.28); what is small and behind the focus distance vanishes where what is behind it is blurred more by delta (equation 9: of 3x3 px with C = 21 px before a wall with 31 px no light is left); between two texels a sharp one can count by delta over the difference of their DoBs.",
             apertures: Apertures::Round,
             needs_scene: false,
             conserves_energy: false,

@@ -20,8 +20,10 @@ pub struct Mipmap {
     pub delta_px: f32,
     /// Whether blurred background refuses what is sharper (section 4).
     pub anisotropic: bool,
-    /// How many times as wide as its own a blur may be, behind the focus distance, that a
-    /// pixel has a part in; used by the filter "discs".
+    /// How many times as wide as its own the blur is, behind the focus distance, that a pixel
+    /// no longer has a part in; in one half of that it has its full part. Used by the filter
+    /// "discs". A pixel's own disc lies between two of which the wider is up to 1.5 times as
+    /// wide: below that it would have no part in its own blur.
     pub reach: f32,
     /// Whether blurred foreground reaches over its edges (section 5).
     pub smoothing: bool,
@@ -79,7 +81,7 @@ impl Default for Mipmap {
             k: 2.0 / 3.0,
             delta_px: 1.0,
             anisotropic: true,
-            reach: 4.0,
+            reach: 2.0,
             smoothing: true,
             circular: true,
             interpolation: 0,
@@ -133,8 +135,8 @@ impl Mipmap {
                 "Reach",
                 "",
                 &mut self.reach,
-                (2.0, 16.0),
-                "Behind the focus distance a pixel has no part in a blur this many times as wide as its own, and its full part in one half as wide; for the filter \"discs\". Small values keep more of what is less blurred out of what is more blurred, and with it the light of small things.",
+                (1.6, 16.0),
+                "Behind the focus distance a pixel has no part in a blur this many times as wide as its own, and its full part in one half of that; for the filter \"discs\". 2: in full as far as its own blur reaches.",
             ),
             Param::switch(
                 "smoothing",
