@@ -5,6 +5,7 @@
 mod common;
 mod discs;
 mod printed;
+mod surroundings;
 
 use common::gpu;
 use defocus::gpu::download;
