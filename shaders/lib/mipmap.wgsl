@@ -35,7 +35,8 @@ struct Params {
     level_1: vec2u,
     /// How many times as wide as its own a blur is that a background pixel has no part in.
     reach: f32,
-    _unused: u32,
+    /// Standard deviation, px, of the blur by discs, over CoC diameter.
+    sigma_px_per_coc: f32,
     /// Variance per axis, texel^2, of the three discs below.
     disc_variance: vec4f,
     /// Share of each neighbour in a disc of 2, 3 and 3 sqrt(2) texels, by the greater and
@@ -81,18 +82,6 @@ fn variance_as_printed(m: f32) -> f32 {
 /// The paper's level of a DoB of `sigma` px, equation (6).
 fn level_as_printed(sigma: f32) -> f32 {
     return select(0.0, 1.0 + log2(params.k * sigma), params.k * sigma >= 0.5);
-}
-
-/// Variance, px^2 per axis, with which a DoB of `sigma` px is to be blurred.
-fn variance_of_dob(sigma: f32) -> f32 {
-    if params.measured != 0u {
-        return pow(params.wanted_per_dob * sigma, 2.0);
-    }
-    let m = level_as_printed(sigma);
-    if m < 1.0 {
-        return m * variance_as_printed(1.0);
-    }
-    return mix(variance_as_printed(floor(m)), variance_as_printed(floor(m) + 1.0), fract(m));
 }
 
 /// Blends what two levels say, or an image and a level.

@@ -54,7 +54,8 @@ fn coc_of(z: f32) -> f32 {
 
 /// Variance, px^2 per axis, of the blur of a CoC, px.
 fn variance_of_coc(c: f32) -> f32 {
-    return variance_of_dob(dob(c));
+    let sigma = params.sigma_px_per_coc * c;
+    return sigma * sigma;
 }
 
 /// The widest disc of level l, px^2; of level 0 that on the image.

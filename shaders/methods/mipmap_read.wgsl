@@ -71,21 +71,16 @@ fn behind_through(at: vec2f, wanted: f32, sharp: vec3f) -> vec3f {
 
 /// Shares of a pixel's light, by the variance of its blur, in the three discs around it and
 /// in itself; what is left is in the levels.
-struct Shares {
-    discs: vec3f,
-    itself: f32,
-}
-
-fn shares(variance: f32) -> Shares {
+fn shares(variance: f32) -> vec4f {
     let v = params.disc_variance;
     let beyond = clamp((vec3f(variance) - vec3f(0.0, v.xy)) / (v.xyz - vec3f(0.0, v.xy)), vec3f(0.0), vec3f(1.0));
     let on = handed_on(variance, 0u);
-    return Shares(beyond - vec3f(beyond.yz, on), 1.0 - beyond.x);
+    return vec4f(beyond - vec3f(beyond.yz, on), 1.0 - beyond.x);
 }
 
-/// The part of it that a neighbour gets.
-fn share_of(s: Shares, weights: vec3f, itself: bool) -> f32 {
-    return dot(s.discs, weights) + select(0.0, s.itself, itself);
+/// What of each of them a neighbour gets.
+fn weights_of(neighbour: u32) -> vec4f {
+    return vec4f(disc_weights(neighbour), select(0.0, 1.0, neighbour == NEIGHBOURS / 2u));
 }
 
 /// How far a pixel in front of the focus distance counts as the surface of another there, or
@@ -119,9 +114,10 @@ const IN_FOCUS = 0u;
 const NEAR = 1u;
 const FAR = 2u;
 
-/// Signed CoC and its variance of the pixels of a tile and around it.
+/// Of the pixels of a tile and around it signed CoC and its variance, colour, and shares.
 var<workgroup> cocs: array<vec2f, 144>;
 var<workgroup> colors: array<vec4f, 144>;
+var<workgroup> shares_out: array<vec4f, 144>;
 /// Whether a pixel of the tile is blurred; by a disc on the image; whether one in front that
 /// is may reach the tile.
 var<workgroup> blurred: atomic<u32>;
@@ -160,6 +156,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     for (var i = index; i < select(0u, AROUND * AROUND, is_drawn || is_spread); i += 64u) {
         let p = clamp_to_image(corner + vec2i(vec2u(i % AROUND, i / AROUND)), size);
         colors[i] = vec4f(textureLoad(color, p, 0).rgb, 1.0);
+        shares_out[i] = shares(cocs[i].y);
     }
     workgroupBarrier();
 
@@ -179,7 +176,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         let itself = i == NEIGHBOURS / 2u;
         let q = neighbour_of(centre, i);
         let c = cocs[q];
-        var taken = share_of(own_shares, disc_weights(i), itself);
+        var taken = dot(own_shares, weights_of(i));
         if in_front {
             taken *= 1.0 - is_before(c.x, own_coc.x);
         } else if !itself {
@@ -192,7 +189,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         let q = neighbour_of(centre, i);
         let c = cocs[q];
         let before = select(select(0.0, 1.0, c.x < 0.0), is_before(c.x, own_coc.x), in_front);
-        spread += share_of(shares(c.y), disc_weights(i), i == NEIGHBOURS / 2u) * before * colors[q];
+        spread += dot(shares_out[q], weights_of(i)) * before * colors[q];
     }
 
     // Levels. The coarsest tells whether anything in front is near by: its texels are wider

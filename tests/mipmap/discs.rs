@@ -1,7 +1,7 @@
 //! `mipmap` by discs, in f64: the functions of `shaders/methods/mipmap_levels.wgsl`,
 //! `mipmap_read.wgsl` and the libraries they import, by name and in order.
 
-use super::{KERNEL, variance_as_printed};
+use super::KERNEL;
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{CircleSampling, Circles, IN_FOCUS_COC_PX, Mipmap, MipmapCalibration, MipmapInterpolation};
@@ -113,14 +113,13 @@ impl<'a> Mirror<'a> {
     }
 
     fn variance_of_coc(&self, c: f64) -> f64 {
-        let sigma = f64::from(self.params.sigma_per_coc) * c.abs();
-        if self.params.calibration == MipmapCalibration::Measured as usize {
-            return (self.lens.aperture.sigma_per_coc() / f64::from(self.params.sigma_per_coc) * sigma).powi(2);
-        }
-        let k_sigma = f64::from(self.params.k) * sigma;
-        let m = if k_sigma >= 0.5 { 1.0 + k_sigma.log2() } else { 0.0 };
-        let low = if m < 1.0 { 0.0 } else { variance_as_printed(m.floor()) };
-        low + m.fract() * (variance_as_printed(m.floor() + 1.0) - low)
+        let per_coc = match self.params.calibration == MipmapCalibration::Measured as usize {
+            true => self.lens.aperture.sigma_per_coc(),
+            false => {
+                (0.25f64 + 1.0 / 6.0 + 0.375).sqrt() * f64::from(self.params.k) * f64::from(self.params.sigma_per_coc)
+            }
+        };
+        (per_coc * c).powi(2)
     }
 
     fn handed_on(&self, variance: f64, l: usize) -> f64 {

@@ -133,8 +133,12 @@ fn measured_sigma(method: &Mipmap, c_px: f64, steps: u32) -> f64 {
 
 #[test]
 fn a_white_point_is_blurred_as_wide_as_the_lens_blurs_it() {
-    let (measured, paper) =
-        (Mipmap::default(), Mipmap { calibration: MipmapCalibration::Paper as usize, ..Mipmap::default() });
+    let measured = Mipmap::default();
+    let paper = Mipmap {
+        calibration: MipmapCalibration::Paper as usize,
+        filter: MipmapFilter::AsPrinted as usize,
+        ..Mipmap::default()
+    };
     println!("C px | lens sigma px | measured calibration | paper's calibration");
     for c_px in [1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0, 24.0, 32.0, 48.0, 64.0] {
         let wanted = c_px / 4.0;

@@ -70,6 +70,10 @@ pub enum MipmapFilter {
 
 const FILTERS: &[&str] = &["discs", "as printed"];
 
+/// Variance, texel^2 per axis, of a level read through the circular filter, for large levels:
+/// of all reductions 1/4, of the bilinear read 1/6, of the filter 3/8.
+const LEVEL_VARIANCE: f64 = 0.25 + 1.0 / 6.0 + 0.375;
+
 /// More levels than any image has.
 const MAX_LEVELS: u32 = 12;
 
@@ -170,15 +174,11 @@ impl Mipmap {
     /// The paper's M: the level that the greatest CoC in view, px, needs, and one more for
     /// what is read around it.
     pub fn levels(&self, lens: &Lens, greatest_coc_px: f64) -> u32 {
+        let variance_px2 = (self.sigma_px_per_coc(lens) * greatest_coc_px).powi(2);
         let needed = match self.filter == MipmapFilter::Discs as usize {
-            true => {
-                let of_level_0 = 0.25 + 1.0 / 6.0 + DISCS.variance_px2[1];
-                0.5 * ((self.variance_px2(lens, greatest_coc_px) + 0.25) / of_level_0).log2()
-            }
+            true => 0.5 * ((variance_px2 + 0.25) / (0.25 + 1.0 / 6.0 + DISCS.variance_px2[1])).log2(),
             false if self.calibration == MipmapCalibration::Paper as usize => self.level_as_printed(greatest_coc_px),
-            // Level m has a variance of 0.79 * 4^(m-1) - 0.25: `variance_as_printed` in the
-            // shader.
-            false => 1.0 + 0.5 * ((self.variance_px2(lens, greatest_coc_px) + 0.25) / 0.79).log2(),
+            false => 1.0 + 0.5 * ((variance_px2 + 0.25) / LEVEL_VARIANCE).log2(),
         };
         (needed.ceil().max(1.0) as u32 + 1).min(MAX_LEVELS)
     }
@@ -188,11 +188,13 @@ impl Mipmap {
         1.0 + (f64::from(self.k) * f64::from(self.sigma_per_coc) * coc_px).log2()
     }
 
-    /// Variance per axis of the blur of a CoC, px^2, or no less than that.
-    fn variance_px2(&self, lens: &Lens, coc_px: f64) -> f64 {
+    /// Standard deviation of the blur, px, over CoC diameter: the lens's own, or that of the
+    /// paper's level. Level m has a variance of 0.79 * 4^(m-1) - 0.25 px^2
+    /// (`variance_as_printed` in the shader), where 2^(m-1) is k sigma by equation (6).
+    fn sigma_px_per_coc(&self, lens: &Lens) -> f64 {
         match self.calibration == MipmapCalibration::Paper as usize {
-            true => 0.79 * 4f64.powf(self.level_as_printed(coc_px).max(0.0)),
-            false => (lens.aperture.sigma_per_coc() * coc_px).powi(2),
+            true => LEVEL_VARIANCE.sqrt() * f64::from(self.k) * f64::from(self.sigma_per_coc),
+            false => lens.aperture.sigma_per_coc(),
         }
     }
 
@@ -218,7 +220,7 @@ impl Mipmap {
             background: (coc_bounds_px[1] > 0.0).into(),
             level_1: grid.size.to_array(),
             reach: self.reach,
-            _unused: 0,
+            sigma_px_per_coc: self.sigma_px_per_coc(lens) as f32,
             disc_variance: array4(discs.variance_px2),
             discs: discs.weights,
         }
@@ -244,7 +246,7 @@ uniform! {
         background: u32,
         level_1: [u32; 2],
         reach: f32,
-        _unused: u32,
+        sigma_px_per_coc: f32,
         disc_variance: [f32; 4],
         discs: [[f32; 4]; 6],
     }
