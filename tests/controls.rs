@@ -316,7 +316,7 @@ fn a_saved_shader_is_read_again_and_a_broken_one_leaves_the_last() {
     );
     std::fs::write(&file, black).expect("it can be written");
     wait_for(&mut window, "another picture", |window| picture(window) != before);
-    // What is in focus is copied by another shader.
+    // The interface around the picture is not black.
     let black = picture(&window).iter().filter(|[r, g, b, _]| [*r, *g, *b] == [0; 3]).count();
     assert!(2 * black > before.len(), "the new shader draws black");
 }

@@ -6,7 +6,7 @@ mod common;
 use common::{front_camera, gpu, quad, scene, unlit};
 use defocus::gpu::{Texture, download, download_depth};
 use defocus::lens::Lens;
-use defocus::methods::{self, Method, Quantity, Scale};
+use defocus::methods::{self, Method, Mipmap, MipmapFilter, Quantity, Scale};
 use defocus::present::{Place, Slice, slice_range};
 use defocus::view::{GpuScene, SurfaceOptions, View};
 use glam::{DVec2, UVec2, Vec3, dvec2, uvec2, vec2};
@@ -46,8 +46,11 @@ struct Shown {
 
 impl Shown {
     fn of(method: &str, texture: &str, quantity: &str) -> Self {
-        let what = format!("{quantity} of {method}");
-        let method: Box<dyn Method> = methods::by_id(method).expect("the method is known");
+        Self::by(methods::by_id(method).expect("the method is known"), texture, quantity)
+    }
+
+    fn by(method: Box<dyn Method>, texture: &str, quantity: &str) -> Self {
+        let what = format!("{quantity} of {}", method.about().id);
         let mut view = view();
         let mut frame = gpu().frame();
         frame.keep_intermediates();
@@ -111,6 +114,10 @@ impl Shown {
 
 const BLUR: &str = "blur and level of each pixel";
 
+fn mipmap_as_printed() -> Box<dyn Method> {
+    Box::new(Mipmap { filter: MipmapFilter::AsPrinted as usize, ..Mipmap::default() })
+}
+
 fn coc_px((_, depth_m): (DVec2, f64)) -> f32 {
     lens().coc_diameter_px(depth_m) as f32
 }
@@ -128,13 +135,16 @@ fn signed_coc_and_degrees_of_blur() {
         assert!(is_close(dob.at(at), 0.5 * coc_px(at).abs()), "sigma = C / 2, not {}", dob.at(at));
     }
     dob.is_within(0.0, 0.5 * coc_px(FRONT).abs() + 0.01);
-    let smoothed = Shown::of("mipmap", BLUR, "smoothed DoB");
+    let covered = Shown::of("mipmap", BLUR, "covered by foreground");
+    covered.is_within(0.0, 1.0);
+    assert_eq!(covered.at(FOCUS), 0.0, "far from the foreground nothing of it is seen");
+    let smoothed = Shown::by(mipmap_as_printed(), BLUR, "smoothed DoB");
     smoothed.is_within(0.0, 0.5 * coc_px(FRONT).abs() + 0.01);
     assert!(is_close(smoothed.at(FOCUS), 0.0), "what is in focus and far from the foreground stays sharp");
     // Beside the foreground, on the wall behind it, the blur is smoothed towards its own.
     let differ = smoothed.values().iter().zip(dob.values()).filter(|(s, d)| (*s - *d).abs() > 0.05).count();
     assert!(differ > 20, "only {differ} pixels are smoothed");
-    let neighbourhood = Shown::of("mipmap", "CoC, DoB, DoN", "DoN");
+    let neighbourhood = Shown::by(mipmap_as_printed(), "CoC, DoB, DoN", "DoN");
     neighbourhood.is_within(0.0, 0.5 * coc_px(FRONT).abs() + 0.01);
     assert!(is_close(neighbourhood.range[1], 0.5 * coc_px(FRONT).abs()), "at its edge the foreground is a neighbour");
     assert_eq!(neighbourhood.at(FOCUS), 0.0, "far from nearer surfaces there is none");
@@ -142,10 +152,14 @@ fn signed_coc_and_degrees_of_blur() {
 
 #[test]
 fn mipmap_levels() {
-    let level = Shown::of("mipmap", BLUR, "mipmap level");
-    let pyramid = Shown::of("mipmap", "CoC, DoB, DoN", "DoB");
-    // Level 0 is the image, level 1 the pyramid's first.
-    level.is_within(0.0, pyramid.texture.levels() as f32);
+    for method in [methods::by_id("mipmap").expect("the method is known"), mipmap_as_printed()] {
+        let level = Shown::by(method.clone(), BLUR, "mipmap level");
+        let lens = lens();
+        let greatest_px = [FRONT, FOCUS, BEHIND].map(|at| f64::from(coc_px(at).abs())).into_iter().fold(0.0, f64::max);
+        let levels = Mipmap::default().levels(&lens, greatest_px) + 1;
+        // Level 0 is the image, level 1 the pyramid's first.
+        level.is_within(0.0, levels as f32);
+    }
 }
 
 #[test]

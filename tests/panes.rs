@@ -98,12 +98,12 @@ fn every_method_can_be_chosen_in_every_pane() {
 fn a_texture_inside_is_chosen_with_level_and_channel() {
     let Tiny { mut window, folder: _folder } = tiny(&["mipmap"]);
     choose(&mut window, "Shown in pane 1", "Inside the method");
-    choose(&mut window, "Texture in pane 1", "CoC, DoB, DoN");
+    choose(&mut window, "Texture in pane 1", "blur and level of each pixel");
     choose(&mut window, "Channel in pane 1", "DoB");
     let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
     let [low, high] = pane.reading().expect("one channel has a scale").ends;
     assert!(low >= 0.0 && high > low, "a DoB is not negative and differs: {low} to {high}");
-    type_number(&mut window, "Opacity in pane 1", "100");
+    choose(&mut window, "Texture in pane 1", "pyramid: behind, before, all, CoC");
     let size = |window: &Window| {
         let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
         pane.shown().expect("it is shown").size()
@@ -134,7 +134,7 @@ fn numbers_inside_lie_over_the_picture_as_densely_as_is_asked_for() {
     let Tiny { mut window, folder } = tiny(&["mipmap"]);
     choose(&mut window, "Shown in pane 1", "Inside the method");
     choose(&mut window, "Texture in pane 1", "blur and level of each pixel");
-    choose(&mut window, "Channel in pane 1", "smoothed DoB");
+    choose(&mut window, "Channel in pane 1", "DoB");
     let picture = window.state().engine().size();
     assert_eq!(window.state().shown_size(PaneId(1)), picture, "at first the picture is seen under the numbers");
     let is_map = |(shown, map): &([u8; 3], [u8; 3])| shown.iter().zip(map).all(|(s, m)| s.abs_diff(*m) <= 3);
@@ -171,7 +171,7 @@ fn what_a_method_did_is_chosen_by_name() {
         let pane = window.state().engine().pane(PaneId(1)).expect("the pane is there");
         pane.reading().expect("numbers are shown").quantity.name
     };
-    for name in ["smoothed DoB", "DoN", "mipmap level", "tile class"] {
+    for name in ["covered by foreground", "DoB", "mipmap level", "tile class"] {
         choose(&mut window, "Shown in pane 1", name);
         assert_eq!(shown(&window), name);
         assert_eq!(

@@ -13,6 +13,9 @@ const SIZE: UVec2 = uvec2(320, 240);
 const WALL_M: f64 = 2.0;
 const STRIP_M: f64 = 1.0;
 
+/// What `mipmap` may read with the overscan of this view: the paper counts 20.98.
+const MIPMAP_READS_PER_PX: f64 = 16.0;
+
 /// A wall, and before it a strip over the left of the frame: with what its blur reaches, a
 /// tenth of it.
 fn wall_and_strip() -> View {
@@ -60,12 +63,15 @@ fn a_scene_that_is_mostly_in_focus_reads_little() {
     assert!((none.coc_diameter_px(WALL_M).abs() - 8.0).abs() < 0.1, "both surfaces are blurred alike");
     let mut costly = Vec::new();
     println!("method | 90 % in focus, reads per px | all defocused, reads per px | ratio");
-    // What is aimed at is a quarter. In so small an image the levels of `mipmap` that blur is
-    // read from reach over a quarter of it by themselves; `multiview` keeps its slabs here.
-    for (id, greatest) in [("mipmap", 0.45), ("splat", 0.25), ("multiview", 0.1), ("adaptive", 0.27)] {
+    // What is aimed at is a quarter; `multiview` keeps its slabs here. `mipmap` has few passes
+    // over the whole frame, which read little wherever the blur is.
+    for (id, greatest) in [("mipmap", 1.0), ("splat", 0.25), ("multiview", 0.1), ("adaptive", 0.27)] {
         let method = methods::by_id(id).unwrap();
         let [sharp, blurred] = [&mostly, &none].map(|lens| reads(&*method, &mut view, lens));
         println!("{id} | {sharp:.1} | {blurred:.1} | {:.2}", sharp / blurred);
+        if id == "mipmap" && blurred > MIPMAP_READS_PER_PX {
+            costly.push(format!("{id}: {blurred:.1} reads per px"));
+        }
         if sharp > greatest * blurred {
             costly.push(format!("{id}: {sharp:.1} reads per px in focus, {blurred:.1} defocused"));
         }

@@ -1,19 +1,18 @@
-// mipmap: anisotropically filtered mipmap interpolation, the pyramids
-// (src/methods/mipmap.rs; what pixels read of them is in mipmap_read.wgsl).
+// mipmap as printed (src/methods/mipmap/passes.rs).
 //
 // Lee, Kim and Choi, TVCG 2009. Pyramid levels here are the paper's levels 1, 2, ...:
 // the paper's level 0 is the pinhole image itself and is read where it is.
 //
-//   level l texel p covers texels 2p and 2p+1 of level l-1; the paper's 3x3 Gaussian, read
-//   with the hardware's bilinear filter at the corner between them, is the 4x4 kernel
-//   [1 3 3 1] x [1 3 3 1] / 64, which is applied texel by texel so that a texel is either
-//   refused or taken, never half of each.
+//   reduce_image, reduce_level   steps 2 and 3: level l texel p covers texels 2p and 2p + 1 of
+//       level l - 1; the kernel of shaders/lib/mipmap.wgsl is applied texel by texel, so that
+//       a texel is either refused or taken, never half of each
+//   blur                         steps 4 and 5
+//   explain                      the same, to look at
 //
 // blur texel = (c, sigma, rho): signed CoC px, DoB px, DoN px.
 
 #import mipmap
 #import sampling
-#import tile_lists
 
 @group(0) @binding(2) var color: texture_2d<f32>;
 @group(0) @binding(3) var depth: texture_2d<f32>;
@@ -21,10 +20,14 @@
 @group(0) @binding(5) var finer_blur: texture_2d<f32>;
 @group(0) @binding(6) var coarser_color: texture_storage_2d<COLOR_FORMAT, write>;
 @group(0) @binding(7) var coarser_blur: texture_storage_2d<rgba16float, write>;
-/// Colour through the narrow and the wide disc.
-@group(0) @binding(8) var new_discs: texture_storage_2d_array<COLOR_FORMAT, write>;
-@group(0) @binding(9) var new_blur: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(8) var color_pyramid: texture_2d<f32>;
+/// The pyramid of (c, sigma, rho).
+@group(0) @binding(9) var blur_pyramid: texture_2d<f32>;
 @group(0) @binding(10) var linear_clamp: sampler;
+@group(0) @binding(11) var result: texture_storage_2d<COLOR_FORMAT, write>;
+@group(0) @binding(12) var explained: texture_storage_2d<rgba16float, write>;
+
+// ---- steps 2 and 3: the pyramids ----
 
 struct Texel {
     color: vec3f,
@@ -43,7 +46,10 @@ fn level_n(at: vec2i) -> Texel {
     return Texel(textureLoad(finer_color, p, 0).rgb, textureLoad(finer_blur, p, 0).xyz);
 }
 
-const KERNEL = array<f32, 4>(0.125, 0.375, 0.375, 0.125);
+/// H = 0, equation (9): a background centre takes no colour that is sharper than itself.
+fn refuses(centre: vec3f, sigma: f32) -> bool {
+    return params.anisotropic != 0u && centre.x > 0.0 && centre.y > sigma + params.delta;
+}
 
 /// One texel of the next level from the 4x4 texels around its centre.
 fn reduce(texels: ptr<function, array<Texel, 16>>) -> Texel {
@@ -56,15 +62,15 @@ fn reduce(texels: ptr<function, array<Texel, 16>>) -> Texel {
     var rho = 0.0;
     for (var i = 0u; i < 16u; i++) {
         let texel = (*texels)[i];
-        // H, equation (9): a background centre takes no colour that is sharper than itself.
-        let refused = params.anisotropic != 0u && blur.x > 0.0 && blur.y > texel.blur.y + params.delta;
-        let w = select(KERNEL[i % 4u] * KERNEL[i / 4u], 0.0, refused);
+        let w = select(KERNEL[i % 4u] * KERNEL[i / 4u], 0.0, refuses(blur, texel.blur.y));
         color += w * texel.color;
         weight += w;
         // DoN, equation (10): the greatest DoB among foreground texels nearer than the
-        // centre; what lower levels have found is carried on.
+        // centre. Each level finds its own from the CoC and DoB of the level below: what a
+        // finer level has found is not carried on, or one speck would mark the whole of the
+        // coarsest level around it.
         let nearer = texel.blur.x < 0.0 && texel.blur.x < blur.x;
-        rho = max(rho, max(texel.blur.z, select(0.0, texel.blur.y, nearer)));
+        rho = max(rho, select(0.0, texel.blur.y, nearer));
     }
     // A centre cannot be blurrier than all of its texels, so some weight is left; but if
     // delta is negative there may be none.
@@ -83,87 +89,207 @@ fn store(at: vec2u, texel: Texel) {
     textureStore(coarser_blur, at, vec4f(texel.blur, 0.0));
 }
 
-/// The texel of an invocation; beyond the image in blocks that reach over its border, where
-/// nothing is stored.
-fn listed_texel(group: vec3u, local: vec3u) -> vec2u {
-    return listed_tile(group) * TILE + local.xy;
-}
-
 @compute @workgroup_size(8, 8)
-fn reduce_image(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
+fn reduce_image(@builtin(global_invocation_id) id: vec3u) {
     var texels: array<Texel, 16>;
     for (var i = 0; i < 16; i++) {
-        texels[i] = level_0(2 * vec2i(id) + vec2i(i % 4, i / 4) - 1);
+        texels[i] = level_0(2 * vec2i(id.xy) + vec2i(i % 4, i / 4) - 1);
     }
-    store(id, reduce(&texels));
+    store(id.xy, reduce(&texels));
 }
 
 @compute @workgroup_size(8, 8)
-fn reduce_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
+fn reduce_level(@builtin(global_invocation_id) id: vec3u) {
     var texels: array<Texel, 16>;
     for (var i = 0; i < 16; i++) {
-        texels[i] = level_n(2 * vec2i(id) + vec2i(i % 4, i / 4) - 1);
+        texels[i] = level_n(2 * vec2i(id.xy) + vec2i(i % 4, i / 4) - 1);
     }
-    store(id, reduce(&texels));
+    store(id.xy, reduce(&texels));
 }
 
-// Where everything around is in focus, hardly anything reads the levels: one read will do.
+// ---- step 4: a level for a blur, and the smoothed DoB ----
 
-fn mean_of_four(image: texture_2d<f32>, corner: vec2f) -> Texel {
-    let uv = corner / vec2f(textureDimensions(image));
-    return Texel(textureSampleLevel(image, linear_clamp, uv, 0.0).rgb, vec3f(0.0));
-}
-
-@compute @workgroup_size(8, 8)
-fn halve_image(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
-    store(id, mean_of_four(color, vec2f(2 * vec2i(id) + 1 - params.padding)));
-}
-
-@compute @workgroup_size(8, 8)
-fn halve_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
-    store(id, mean_of_four(finer_color, vec2f(2u * id + 1u)));
-}
-
-@compute @workgroup_size(8, 8)
-fn keep_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
-    let texel = level_n(vec2i(id));
-    store_filtered(id, texel.color, texel.color, texel.blur);
-}
-
-fn store_filtered(at: vec2u, narrow: vec3f, wide: vec3f, blur: vec3f) {
-    textureStore(new_discs, at, 0, vec4f(narrow, 1.0));
-    textureStore(new_discs, at, 1, vec4f(wide, 1.0));
-    textureStore(new_blur, at, vec4f(blur, 0.0));
-}
-
-/// Texels of one level through the narrow and the wide disc, and their blur through the
-/// narrow one: read between texels, that is the image through discs of all diameters.
-@compute @workgroup_size(8, 8)
-fn filter_level(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let id = listed_texel(group, local);
-    var narrow = vec3f(0.0);
-    var wide = vec3f(0.0);
-    var blur = vec3f(0.0);
-    let size = textureDimensions(finer_color);
-    for (var i = 0u; i < NEIGHBOURS; i++) {
-        let w = disc_weights(i);
-        if w.z > 0.0 {
-            let c = textureLoad(finer_color, clamp_to_image(vec2i(id) + neighbour(i), size), 0).rgb;
-            narrow += w.y * c;
-            wide += w.z * c;
-        }
+/// Mipmap level m, continuous, that blurs as a DoB of `sigma` px does.
+fn level_of_dob(sigma: f32) -> f32 {
+    if params.measured == 0u {
+        return level_as_printed(sigma);
     }
+    let variance = pow(params.wanted_per_dob * sigma, 2.0);
+    let first = variance_as_printed(1.0);
+    if variance <= first {
+        return variance / first;
+    }
+    // The blend of two levels has the blend of their variances.
+    let l = max(1.0, floor(1.0 + 0.5 * log2((variance + 0.25) / (0.25 + BILINEAR_VARIANCE + 0.375))));
+    let low = variance_as_printed(l);
+    let high = variance_as_printed(l + 1.0);
+    return l + clamp((variance - low) / (high - low), 0.0, 1.0);
+}
+
+/// Normalised coordinates in the pyramids of the level-0 position `at`, px.
+fn pyramid_uv(at: vec2f) -> vec2f {
+    return (at + vec2f(params.padding)) / (2.0 * vec2f(textureDimensions(blur_pyramid)));
+}
+
+/// (c, sigma, rho) of the pixel at `at`: the paper's level 0.
+fn sharp_blur_at(at: vec2f) -> vec3f {
+    let p = clamp_to_image(vec2i(floor(at)), textureDimensions(depth));
+    let c = coc_diameter_px(lens, textureLoad(depth, p, 0).r);
+    return vec3f(c, dob(c), 0.0);
+}
+
+fn blur_at(at: vec2f, level: f32) -> vec3f {
+    if level < 1.0 {
+        // Between the image and level 1.
+        return mix(sharp_blur_at(at), textureSampleLevel(blur_pyramid, linear_clamp, pyramid_uv(at), 0.0).xyz, level);
+    }
+    return textureSampleLevel(blur_pyramid, linear_clamp, pyramid_uv(at), level - 1.0).xyz;
+}
+
+/// The nine offsets on the unit circle with the weights of a 3x3 Gaussian (Fig. 4b);
+/// without `circular`, the paper's rectangular ones (Fig. 4a).
+fn tap(i: u32) -> vec3f {
+    let x = f32(i % 3u) - 1.0;
+    let y = f32(i / 3u) - 1.0;
+    let weight = (2.0 - abs(x)) * (2.0 - abs(y)) / 16.0;
+    let shrink = select(1.0, SQRT_HALF, params.circular != 0u && x * y != 0.0);
+    return vec3f(shrink * vec2f(x, y), weight);
+}
+
+/// The blur at `level`, read with the circular filter of one texel of that level.
+fn smooth_blur_at(at: vec2f, level: f32) -> vec3f {
+    let radius = exp2(level);
+    var sum = vec3f(0.0);
+    for (var i = 0u; i < 9u; i++) {
+        let t = tap(i);
+        sum += t.z * blur_at(at + radius * t.xy, level);
+    }
+    return sum;
+}
+
+/// The pixel's DoB, px, smoothed over the edges of the foreground. Equation (11): n is 0 for
+/// background and focused pixels, whose rho is 0.
+fn smoothed_dob(at: vec2f) -> f32 {
     if params.smoothing != 0u {
-        for (var i = 0; i < 9; i++) {
-            let offset = vec2i(i % 3, i / 3) - 1;
-            let w = disc_weights(u32(12 + offset.x + 5 * offset.y)).y;
-            blur += w * textureLoad(finer_blur, clamp_to_image(vec2i(id) + offset, size), 0).xyz;
+        let n = min(level_of_dob(smooth_blur_at(at, f32(params.levels)).z), f32(params.levels));
+        if n > 0.0 {
+            return smooth_blur_at(at, n).y;
         }
     }
-    store_filtered(id, narrow, wide, blur);
+    return sharp_blur_at(at).y;
+}
+
+// ---- step 5: colour ----
+
+/// Bilinear read of the image.
+fn image_at(at: vec2f) -> vec3f {
+    let b = bilinear(at);
+    let size = textureDimensions(color);
+    var sum = vec3f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let w = mix(1.0 - b.weight, b.weight, vec2f(vec2i(i & 1, i >> 1)));
+        if w.x * w.y > 0.0 {
+            sum += w.x * w.y * textureLoad(color, clamp_to_image(b.corner + vec2i(i & 1, i >> 1), size), 0).rgb;
+        }
+    }
+    return sum;
+}
+
+/// Bilinear read of the image that leaves out the pixels that `centre` refuses; alpha is the
+/// weight that is left.
+fn accepted_image_at(at: vec2f, centre: vec3f) -> vec4f {
+    let b = bilinear(at);
+    let size = textureDimensions(color);
+    var sum = vec4f(0.0);
+    for (var i = 0; i < 4; i++) {
+        let w = mix(1.0 - b.weight, b.weight, vec2f(vec2i(i & 1, i >> 1)));
+        let p = clamp_to_image(b.corner + vec2i(i & 1, i >> 1), size);
+        if w.x * w.y > 0.0 && !refuses(centre, dob(coc_diameter_px(lens, textureLoad(depth, p, 0).r))) {
+            sum += w.x * w.y * vec4f(textureLoad(color, p, 0).rgb, 1.0);
+        }
+    }
+    return sum;
+}
+
+/// The paper's level l (0 is the image) at a position; alpha is the weight that it has for
+/// `centre`, equation (9).
+fn accepted_at(at: vec2f, l: u32, centre: vec3f) -> vec4f {
+    if l == 0u {
+        return accepted_image_at(at, centre);
+    }
+    let uv = pyramid_uv(at);
+    let level = f32(l - 1u);
+    // Only where the centre can refuse anything.
+    if params.anisotropic != 0u && centre.x > 0.0 && centre.y > params.delta {
+        if refuses(centre, textureSampleLevel(blur_pyramid, linear_clamp, uv, level).y) {
+            return vec4f(0.0);
+        }
+    }
+    return vec4f(textureSampleLevel(color_pyramid, linear_clamp, uv, level).rgb, 1.0);
+}
+
+/// Below this level a pixel is left as it is: a lens with a CoC of IN_FOCUS_COC_PX
+/// (src/methods/mod.rs) has a variance of (0.05 px / 4)^2, 0.0003 of the first level's.
+const LEAST_LEVEL = 3e-4;
+
+/// Equation (8): levels l-1 and l with l = floor(m), through the circular filter.
+fn interpolate(at: vec2f, sigma: f32) -> vec3f {
+    let top = f32(params.levels) + 0.999;
+    let level = clamp(level_of_dob(sigma), 0.0, top);
+    if level <= LEAST_LEVEL {
+        return image_at(at);
+    }
+    let centre = vec3f(sharp_blur_at(at).x, sigma, 0.0);
+    if level < 1.0 {
+        // Below the first level the filter fades in over the sharp image.
+        return blend_levels(image_at(at), filtered(at, 0u, 0.0, 1.0, centre), level);
+    }
+    let l = u32(level);
+    let beta = level - f32(l);
+    // The radius whose square is the blend of the two levels' texels: then so is the
+    // variance of the filter.
+    let texel2 = exp2(2.0 * f32(l - 1u));
+    return filtered(at, l - 1u, beta, sqrt(texel2 * (1.0 + 3.0 * beta)), centre);
+}
+
+/// The circular filter; equation (9) holds for what it reads, as the paper's section 4
+/// replaces G of equation (8).
+fn filtered(at: vec2f, l: u32, beta: f32, radius: f32, centre: vec3f) -> vec3f {
+    var sum = vec3f(0.0);
+    var weight = 0.0;
+    for (var i = 0u; i < 9u; i++) {
+        let t = tap(i);
+        let p = at + radius * t.xy;
+        let fine = accepted_at(p, l, centre);
+        var c = fine.rgb / max(fine.a, 1e-6);
+        var w = fine.a;
+        if beta > 0.0 {
+            let coarse = accepted_at(p, l + 1u, centre);
+            c = select(coarse.rgb, blend_levels(c, coarse.rgb, select(0.0, beta, coarse.a > 0.0)), fine.a > 0.0);
+            w = max(fine.a, coarse.a);
+        }
+        sum += t.z * w * c;
+        weight += t.z * w;
+    }
+    return select(image_at(at), sum / max(weight, 1e-6), weight > 1e-6);
+}
+
+/// The centre of a pixel of the inner frame in the outer one.
+fn centre_of(pixel: vec2u) -> vec2f {
+    return vec2f(pixel) + 0.5 + f32(params.overscan);
+}
+
+@compute @workgroup_size(8, 8)
+fn blur(@builtin(global_invocation_id) id: vec3u) {
+    let at = centre_of(id.xy);
+    textureStore(result, id.xy, vec4f(interpolate(at, smoothed_dob(at)), 1.0));
+}
+
+/// (c, DoB, DoB that is used, px; the level that is read for it).
+@compute @workgroup_size(8, 8)
+fn explain(@builtin(global_invocation_id) id: vec3u) {
+    let at = centre_of(id.xy);
+    let sigma = smoothed_dob(at);
+    let level = clamp(level_of_dob(sigma), 0.0, f32(params.levels) + 0.999);
+    textureStore(explained, id.xy, vec4f(sharp_blur_at(at).xy, sigma, level));
 }

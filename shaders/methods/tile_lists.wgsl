@@ -4,7 +4,6 @@
 //   spread_rows      the widest that reaches a tile from the left and the right
 //   spread_columns   the same up and down
 //   list_by_focus    the inner frame's tiles by whether anything reaches them
-//   list_blocks      the same for the texels of a mipmap level, 8x8 to a block
 //   plan_dispatches  lengths of lists to grids of workgroups
 //   copy_tiles       the picture of tiles that are left as they are
 //   show_class       the class of each tile, for whoever looks
@@ -33,7 +32,7 @@ struct Focus {
 @group(0) @binding(3) var<storage, read_write> new_reach_px: array<f32>;
 @group(0) @binding(4) var<storage, read> reach_px: array<f32>;
 
-/// The class of tiles that blur reaches, of `list_by_focus` and `list_blocks`.
+/// The class of tiles that blur reaches, of `list_by_focus`.
 const DEFOCUSED = 1u;
 
 /// Of the greatest |c| of each tile in a row of eight, its bits: floats that are not
@@ -103,34 +102,6 @@ fn list_by_focus(@builtin(global_invocation_id) id: vec3u) {
     if all(id.xy < listed.tiles) {
         list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, is_reached(id.xy + focus.first_tile)));
     }
-}
-
-struct Blocks {
-    /// Where the first block begins in the outer frame, px.
-    origin: vec2i,
-    /// Side of a block, px.
-    side: i32,
-    _unused: i32,
-}
-
-@group(0) @binding(7) var<uniform> blocks: Blocks;
-
-@compute @workgroup_size(8, 8)
-fn list_blocks(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= listed.tiles) {
-        return;
-    }
-    let first_px = blocks.origin + vec2i(id.xy) * blocks.side + i32(focus.first_tile * TILE) - i32(focus.overscan);
-    let last_tile = vec2i(focus.tiles) - 1;
-    let from_tile = vec2u(clamp(first_px / i32(TILE), vec2i(0), last_tile));
-    let to_tile = vec2u(clamp((first_px + blocks.side - 1) / i32(TILE), vec2i(0), last_tile));
-    var reached = false;
-    for (var y = from_tile.y; y <= to_tile.y; y++) {
-        for (var x = from_tile.x; x <= to_tile.x; x++) {
-            reached = reached || is_reached(vec2u(x, y));
-        }
-    }
-    list_tile(id.xy, select(IN_FOCUS, DEFOCUSED, reached));
 }
 
 @compute @workgroup_size(1)

@@ -35,6 +35,8 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/lens_views"),
     shader!("lib/listed_tiles"),
     shader!("lib/mipmap"),
+    shader!("lib/mipmap_atlas"),
+    shader!("lib/mipmap_discs"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
     shader!("lib/sprites"),

@@ -45,14 +45,6 @@ uniform! {
 }
 
 uniform! {
-    struct Blocks {
-        origin: [i32; 2],
-        side: i32,
-        _unused: i32,
-    }
-}
-
-uniform! {
     struct Focus {
         tiles: [u32; 2],
         first_tile: u32,
@@ -92,12 +84,9 @@ impl TileLists {
 
     /// Binds the lists to a pass that fills them.
     pub fn filled_by<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
-        self.filled_from_lists(pass).uniform("listed", &self.listed(0))
-    }
-
-    /// Binds the lists to a pass that fills them and is itself dispatched by others.
-    pub fn filled_from_lists<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
-        pass.buffer("new_lists", &self.lists).buffer("new_dispatches", &self.dispatches)
+        pass.uniform("listed", &self.listed(0))
+            .buffer("new_lists", &self.lists)
+            .buffer("new_dispatches", &self.dispatches)
     }
 
     /// Makes grids of workgroups from lists that are filled.
@@ -114,17 +103,14 @@ impl TileLists {
     }
 
     /// Exposes the class of each tile as the number that it has, if someone wants to look.
-    /// `further` are later lists of some of the tiles, whose classes count there.
-    pub fn expose(&self, frame: &mut Frame<'_>, further: Option<&Self>) {
+    pub fn expose(&self, frame: &mut Frame<'_>) {
         if !frame.keeps_intermediates() {
             return;
         }
         let classes = frame.texture(SKIPPED, self.tiles, wgpu::TextureFormat::R32Float);
-        for lists in [Some(self), further].into_iter().flatten() {
-            for class in 0..CLASSES as u32 {
-                let pass = frame.pass(&SHADER, "show_class").texture("classes", &classes);
-                lists.dispatch(pass, class);
-            }
+        for class in 0..CLASSES as u32 {
+            let pass = frame.pass(&SHADER, "show_class").texture("classes", &classes);
+            self.dispatch(pass, class);
         }
         frame.expose(SKIPPED, &classes);
     }
@@ -197,18 +183,6 @@ impl FocusMap {
     pub fn tiles(&self, frame: &mut Frame<'_>, view: &View) -> TileLists {
         let lists = TileLists::new(frame.gpu(), view.size());
         let pass = frame.pass(&SHADER, "list_by_focus");
-        self.list(lists.filled_by(pass), &lists);
-        lists.plan(frame);
-        lists
-    }
-
-    /// Blocks of 8x8 texels of an image of `size` texels, each `texel_px` px wide, that begins
-    /// `padding` px left of and above the outer frame: [`IN_FOCUS`] or [`DEFOCUSED`].
-    pub fn blocks(&self, frame: &mut Frame<'_>, size: UVec2, texel_px: u32, padding: UVec2) -> TileLists {
-        let lists = TileLists::new(frame.gpu(), size);
-        let origin = (-padding.as_ivec2()).to_array();
-        let blocks = Blocks { origin, side: (TILE_PX * texel_px) as i32, _unused: 0 };
-        let pass = frame.pass(&SHADER, "list_blocks").uniform("blocks", &blocks);
         self.list(lists.filled_by(pass), &lists);
         lists.plan(frame);
         lists

@@ -237,7 +237,7 @@ impl Method for Multiview {
             .texture("pinhole", &pinhole.color)
             .texture("result", &result);
         tiles.dispatch(pass, DEFOCUSED);
-        tiles.expose(frame, None);
+        tiles.expose(frame);
         Ok(result)
     }
 
