@@ -89,6 +89,11 @@ impl Layout {
         if self.is_side_by_side() { uvec2((size.x / 2).max(1), size.y) } else { size }
     }
 
+    /// Size of the frame, px, in which each eye's picture is `eye` large.
+    pub fn whole_size(self, eye: UVec2) -> UVec2 {
+        if self.is_side_by_side() { uvec2(2 * eye.x, eye.y) } else { eye }
+    }
+
     /// The two eyes' pictures beside each other. Panics if their sizes differ.
     pub fn side_by_side<T: Copy>(self, left: &Image<T>, right: &Image<T>) -> Image<T> {
         assert_eq!(left.size, right.size, "both eyes see with one size");

@@ -6,12 +6,14 @@ use super::panels::{
     ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
 };
 use super::preferences::Navigation;
+use super::size::{GREATEST_SIDE_PX, PictureSize};
 use super::widgets::{self, choice, number_of};
 use super::{style, timing};
 use crate::combine;
 use crate::display::ToneMap;
 use crate::methods;
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
+use glam::UVec2;
 use std::ops::RangeInclusive;
 
 impl App {
@@ -28,7 +30,10 @@ impl App {
                 self.lens_group(ui);
                 self.focus_group(ui);
                 self.method_group(ui);
-                group(ui, "View", true, |ui| self.view_group(ui));
+                group(ui, "View", true, |ui| {
+                    self.size_rows(ui);
+                    self.view_group(ui);
+                });
                 self.inspector.close();
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
@@ -135,6 +140,15 @@ impl App {
         });
     }
 
+    /// How large the picture is.
+    fn size_rows(&mut self, ui: &mut Ui) {
+        let size = self.document.size;
+        let px = self.eye_size_px();
+        if let Some(chosen) = size_rows(ui, size, px) {
+            self.resize_picture(chosen);
+        }
+    }
+
     fn view_group(&mut self, ui: &mut Ui) {
         let (document, preferences) = (&mut self.document, &mut self.preferences);
         let mut tone_map = ToneMap::ALL.iter().position(|t| *t == document.display.tone_map).unwrap_or(0);
@@ -194,6 +208,34 @@ impl App {
             widgets::fit_slider(ui);
             ui.add(egui::Slider::new(&mut document.overscan_px, 0..=96).suffix(" px"))
         });
+    }
+}
+
+/// The sizes that are offered, and the pixels of one that is typed; what was chosen.
+/// `px`: the size that there is.
+fn size_rows(ui: &mut Ui, size: PictureSize, px: UVec2) -> Option<PictureSize> {
+    let offered = PictureSize::offered();
+    let mut names: Vec<&str> = offered.iter().map(|(name, _)| name.as_str()).collect();
+    names.push("Other");
+    let before = offered.iter().position(|(_, known)| *known == size).unwrap_or(offered.len());
+    let mut chosen = before;
+    let help = "Pixels of the picture, of each eye's where there are two. Panes show it fitted in or magnified: how they lie changes neither the picture nor what is measured, unless it is to be as large as the window.";
+    choice(ui, "Picture size", help, &mut chosen, &names);
+    let (mut width, mut height) = (px.x, px.y);
+    widgets::row(ui, "", "", |ui| {
+        let side = |ui: &mut Ui, name: &str, side: &mut u32| {
+            let drag =
+                egui::DragValue::new(side).range(16..=GREATEST_SIDE_PX).suffix(" px").update_while_editing(false);
+            ui.add(drag).accessible_name(name).on_hover_text(name.to_owned())
+        };
+        let first = side(ui, "Picture width", &mut width);
+        ui.label("x");
+        first | side(ui, "Picture height", &mut height)
+    });
+    match offered.get(chosen).filter(|_| chosen != before) {
+        Some((_, size)) => Some(*size),
+        None if chosen != before || (width, height) != (px.x, px.y) => Some(PictureSize::Pixels(width, height)),
+        None => None,
     }
 }
 

@@ -5,6 +5,7 @@
 
 use super::panels::FocusSettings;
 use super::panes::PaneTree;
+use super::size::PictureSize;
 use crate::camera::Camera;
 use crate::combine;
 use crate::display::Display;
@@ -35,6 +36,8 @@ pub struct Document {
     pub camera: Option<Camera>,
     /// Distance from the camera of the point it orbits, metres.
     pub pivot_m: f64,
+    /// How large the picture of one eye is.
+    pub size: PictureSize,
     /// The lens.
     pub lens: Lens,
     /// What decides where it is focused.
@@ -82,6 +85,7 @@ impl Default for Document {
             camera_index: 0,
             camera: None,
             pivot_m: 1.0,
+            size: PictureSize::default(),
             lens: Lens::PINHOLE,
             focus: FocusSettings::default(),
             stereo: None,
@@ -126,6 +130,7 @@ impl Document {
         }
         self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
         self.zoom = self.zoom.repaired();
+        self.size = self.size.repaired();
         self.focus = self.focus.repaired();
         self.stereo = self.stereo.map(Stereo::repaired);
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);

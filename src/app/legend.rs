@@ -3,7 +3,7 @@
 use super::App;
 use super::document::{DifferenceKind, PaneId, Show};
 use super::engine::Reading;
-use super::widgets::significant;
+use super::numbers::significant;
 use crate::methods::{Quantity, Scale};
 use crate::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 
@@ -24,8 +24,17 @@ pub struct Legend {
 /// Whole numbers that have a name each; more of them are shown as a scale.
 const MOST_NAMES: f32 = 16.0;
 
-/// The legend of what a pane shows; `None` for a picture.
+/// The legend of what a pane shows; `None` for a picture. It says so where that is of an
+/// earlier picture than the one asked for.
 pub fn of(app: &App, id: PaneId) -> Option<Legend> {
+    let mut legend = of_show(app, id)?;
+    if app.engine().pane(id).is_some_and(|pane| !pane.is_shown_complete()) {
+        legend.title += ", of the picture before";
+    }
+    Some(legend)
+}
+
+fn of_show(app: &App, id: PaneId) -> Option<Legend> {
     let document = app.document();
     let legend = |map, title: &str, low: String, high: String| {
         Some(Legend { map, title: title.into(), low, high, names: Vec::new() })

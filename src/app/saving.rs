@@ -114,7 +114,7 @@ impl App {
             return self.messages.error(ctx, "this comparison is being made already: wait for it or cancel it");
         }
         let Some(source) = self.engine.source().cloned() else { return };
-        let (document, size) = (self.document.clone(), self.viewport.size_px());
+        let (document, size) = (self.document.clone(), self.eye_size_px());
         self.tasks.push(Task::start(name, ctx, move |progress| {
             let gpu = source.gpu().clone();
             report::write(&gpu, &source, &document, size, &file, progress).map(|()| format!("Saved {}", file.display()))

@@ -90,7 +90,7 @@ pub fn write(file: &Path, document: &Document) -> Result<(), StateError> {
     write_atomically(file, |out| writeln!(out, "{text}")).map_err(|e| failed(e.to_string()))
 }
 
-/// The command that makes the picture of `document`, `size` px large: `defocus render` for
+/// The command that makes the picture of `document`, `size` px large for one eye: `defocus render` for
 /// one pane, `defocus compare` for several.
 pub fn command_line(document: &Document, size: UVec2) -> String {
     let mut words: Vec<String> = vec!["defocus".into()];
@@ -107,7 +107,10 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     option("--dpi", lens.density_px_per_mm.to_string());
     option("--focus", lens.focus_distance_m.to_string());
     option("--aperture", lens.aperture.to_string());
-    option("--size", format!("{}x{}", size.x, size.y));
+    // The command line's size is that of the picture, which may hold both eyes'.
+    let has_two = document.stereo.filter(|_| document.camera.is_some() && methods.len() == 1);
+    let whole = has_two.map_or(size, |stereo| stereo.layout.whole_size(size));
+    option("--size", format!("{}x{}", whole.x, whole.y));
     if let Some(camera) = &document.camera {
         let (p, q) = (camera.position, camera.orientation);
         option("--pose", format!("{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w));

@@ -1,7 +1,8 @@
 //! Rows of a name, a slider and an exact number, which a double-click on the name resets.
 
+use super::super::numbers::significant;
 use super::super::style::NAME_WIDTH;
-use super::super::widgets::{fit_slider, significant};
+use super::super::widgets::fit_slider;
 use eframe::egui::{Align, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
 use std::ops::RangeInclusive;
 

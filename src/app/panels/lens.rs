@@ -4,7 +4,7 @@
 use super::fields::{Field, distance_text, named_row};
 use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
-use crate::app::widgets::significant;
+use crate::app::numbers::significant;
 use crate::focus::{dioptres, metres};
 use crate::lens::Lens;
 use crate::presets::LensPreset;

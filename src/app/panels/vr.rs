@@ -1,7 +1,8 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
-use crate::app::widgets::{choice, significant};
+use crate::app::numbers::significant;
+use crate::app::widgets::choice;
 use crate::lens::Lens;
 use crate::presets::{LensPreset, presets};
 use crate::stereo::{IPD_MM, Layout, MEAN_IPD_MM, REFRESH_HZ, Stereo, refresh_met};
