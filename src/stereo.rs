@@ -25,7 +25,7 @@ pub const MEAN_IPD_MM: f64 = 63.0;
 pub const IPD_MM: RangeInclusive<f64> = 40.0..=80.0;
 
 /// Refresh rates of head-mounted displays, Hz.
-pub const REFRESH_HZ: [f64; 3] = [72.0, 90.0, 120.0];
+pub const REFRESH_HZ: [f64; 5] = [72.0, 90.0, 100.0, 120.0, 144.0];
 
 /// Two eyes and how their pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -197,7 +197,7 @@ fn differences_of_every_kind_are_taken_from_the_chosen_pane() {
     let against = PaneId(2);
     for (kind, name) in DifferenceKind::ALL {
         choose(&mut window, "Kind of difference in pane 1", name);
-        assert_eq!(document(&window).panes[0].show, Show::Difference(Difference { against, kind }));
+        assert_eq!(document(&window).panes[0].show, Show::Difference(Difference::new(against, kind)));
         assert!(window.state().engine().pane(PaneId(1)).is_some_and(|p| p.shown().is_some()), "{name}");
     }
     window.get_by_label("Close pane 2").click();

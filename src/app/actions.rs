@@ -64,6 +64,8 @@ pub enum Action {
     SetShow(PaneId, usize),
     /// Show what a pane's method tells of each pixel.
     LookInside(PaneId, Inside),
+    /// Time the passes of pane A's method.
+    TimePasses,
     /// Figures also without a pane that shows the reference.
     Measure,
     /// The whole picture, or pixel for pixel.
@@ -161,6 +163,7 @@ impl App {
             command("Default parameters of pane A".into(), Action::ResetParams(a)),
             command("Lens that suits the scene".into(), Action::SuitLens),
             command("Reload shaders on save".into(), Action::WatchShaders),
+            command("Time the passes of pane A".into(), Action::TimePasses),
         ];
         let arrangements = Arrangement::ALL.iter();
         commands
@@ -210,7 +213,7 @@ impl App {
             Action::SaveReport => self.dialogs.save_report(ctx, &self.document),
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
-                ctx.copy_text(state::command_line(&self.document, self.eye_size_px()));
+                ctx.copy_text(state::command_text(&self.document, self.eye_size_px()));
                 let missing = state::left_out(&self.document).join(", ");
                 let missing = if missing.is_empty() { missing } else { format!(" It leaves out {missing}.") };
                 self.messages.note(ctx, &format!("The command line is on the clipboard.{missing}"));
@@ -221,6 +224,7 @@ impl App {
             Action::Help => self.help = !self.help,
             Action::SetTheme(theme) => self.preferences.theme = theme,
             Action::WatchShaders => self.preferences.reload_shaders = !self.preferences.reload_shaders,
+            Action::TimePasses => self.engine.time_passes(self.document.a),
             Action::SetSize(size) => self.resize_picture(size),
             Action::ResetCamera => self.choose_camera(self.document.camera_index),
             Action::SetLens(name) => self.set_lens(&name),

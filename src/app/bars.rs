@@ -207,7 +207,8 @@ impl App {
                 item(ui, "picture", &format!("{} x {} px", size.x, size.y), help);
                 let lens = self.document.lens.clone();
                 let px = |v: f64| format!("{} px", significant(v));
-                item(ui, "K", &px(lens.k_px()), "Circle of confusion of what is infinitely far away");
+                let k = if lens.check().is_ok() { px(lens.k_px()) } else { "–".into() };
+                item(ui, "K", &k, "Circle of confusion of what is infinitely far away");
                 let depths = self.engine.depths_m(false);
                 if let Some(coc) = depths.and_then(|d| lens.coc_statistics(d.iter().copied())) {
                     item(ui, "CoC mean", &px(coc.mean_px), "Mean diameter of the circle of confusion over the picture");

@@ -1,7 +1,10 @@
 //! The panel with what can be set.
 
 use super::App;
+use super::actions::Action;
 use super::document::{DEFAULT_OPACITY, Document, MethodChoice, Show};
+use super::engine::PassTimes;
+use super::limits::aperture_limit;
 use super::panels::{
     ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
 };
@@ -37,7 +40,7 @@ impl App {
                 self.inspector.close();
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
-                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
+                group(ui, "Timing", true, |ui| self.timing_group(ui));
                 ui.add_space(8.0);
                 let height = ui.min_rect().height();
                 outside.allocate_space(vec2(outside.available_width(), height));
@@ -61,12 +64,42 @@ impl App {
         });
         (preferences.distance_unit, preferences.display_by_view) = (panel.unit, panel.display_by_view);
         self.take_lens_changes(changes);
+        let limits: Vec<String> = self.aperture_limits();
         let aperture = &mut self.document.lens.aperture;
         let mut change = ApertureChange::default();
-        group(ui, "Aperture", false, |ui| change = aperture_panel(ui, aperture));
+        group(ui, "Aperture", false, |ui| {
+            change = aperture_panel(ui, aperture);
+            for limit in limits {
+                ui.label(RichText::new(limit).small().color(ui.visuals().warn_fg_color));
+            }
+        });
         if change.wants_image {
             self.dialogs.open_aperture(ui.ctx());
         }
+    }
+
+    fn timing_group(&mut self, ui: &mut Ui) {
+        let software = self.engine.gpu().is_software();
+        let what = if software { "the processor's time" } else { "GPU time" };
+        let help = format!("Draws pane A's picture six times beside the interface: medians of {what} of each pass.");
+        if ui.button("Time passes").on_hover_text(help).clicked() {
+            self.perform(ui.ctx(), Action::TimePasses);
+        }
+        if let Some(PassTimes { of, times, .. }) = self.engine.pass_times() {
+            let UVec2 { x, y } = of.exposure.size;
+            ui.label(RichText::new(format!("{}, {x} x {y} px: {what}", of.method.title())).small().weak());
+            timing::show_passes(ui, times.as_ref());
+        }
+        timing::show(ui, &self.engine.history, &self.engine.stats().skipped);
+    }
+
+    /// What the panes' methods cannot show of the aperture, each method once.
+    fn aperture_limits(&self) -> Vec<String> {
+        let panes = self.document.panes.iter();
+        let mut limits: Vec<String> =
+            panes.filter_map(|pane| aperture_limit(&pane.method, &self.document.lens.aperture)).collect();
+        limits.dedup();
+        limits
     }
 
     fn take_lens_changes(&mut self, changes: LensChanges) {
@@ -184,6 +217,11 @@ impl App {
             document.acceptable_coc_px = acceptable.clamp(0.01, 1000.0) as f32;
         }
         if document.panes.iter().any(|p| p.show == Show::Coc) {
+            let help =
+                "The colour map reaches as far as the circle of confusion of the picture; off, as far as is set.";
+            widgets::row(ui, "CoC scale fits", help, |ui| ui.checkbox(&mut document.coc_scale_fits, ""));
+        }
+        if document.panes.iter().any(|p| p.show == Show::Coc) && !document.coc_scale_fits {
             let mut scale = f64::from(document.coc_scale_px);
             let help = "Circle of confusion at the ends of the colour map.";
             if px("CoC scale", help, 1.0..=128.0, usual.coc_scale_px).show(ui, &mut scale) {

@@ -71,7 +71,9 @@ pub struct Document {
     pub channel: combine::Channel,
     /// |c| up to which a point counts as sharp, px.
     pub acceptable_coc_px: f32,
-    /// |c| at the ends of the CoC's colour map, px.
+    /// Whether the CoC's colour map reaches as far as the picture's CoC does.
+    pub coc_scale_fits: bool,
+    /// |c| at the ends of the CoC's colour map where that is fixed, px.
     pub coc_scale_px: f32,
     /// Margin drawn around the picture so that blur can come in from outside, px.
     pub overscan_px: u32,
@@ -101,6 +103,7 @@ impl Default for Document {
             display: Display::default(),
             channel: combine::Channel::All,
             acceptable_coc_px: 2.0,
+            coc_scale_fits: true,
             coc_scale_px: 32.0,
             overscan_px: 32,
         }
@@ -197,6 +200,13 @@ impl Document {
     /// The pane that shows the truth, if one does: the first with the method `accumulation`.
     pub fn reference(&self) -> Option<PaneId> {
         self.panes.iter().find(|p| p.method.id == "accumulation").map(|p| p.id)
+    }
+
+    /// What figures are taken against: the reference of a pane, or the one that converges
+    /// unseen where figures are wanted.
+    pub fn truth(&self) -> Option<MethodChoice> {
+        let shown = self.reference().and_then(|id| self.pane(id)).map(|pane| pane.method.clone());
+        shown.or_else(|| self.measure.then(MethodChoice::reference))
     }
 
     /// Adds a pane, which becomes slot B; `None` where there is no room for one more.
@@ -363,6 +373,16 @@ impl MethodChoice {
             methods::set_param(method.as_mut(), key, text).map_err(|e| e.to_string())?;
         }
         Ok(method)
+    }
+
+    /// Whether a parameter that is a switch, off by default, is on.
+    pub fn is_on(&self, key: &str) -> bool {
+        self.params.get(key).is_some_and(|text| text == "on")
+    }
+
+    /// A parameter that counts something, where it differs from its default.
+    pub fn count(&self, key: &str) -> Option<u32> {
+        self.params.get(key)?.parse().ok()
     }
 
     /// Its name for people; the id where there is no such method.

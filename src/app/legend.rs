@@ -42,7 +42,7 @@ fn of_show(app: &App, id: PaneId) -> Option<Legend> {
     match &document.pane(id)?.show {
         Show::Picture => None,
         Show::Coc => {
-            let px = significant(f64::from(document.coc_scale_px));
+            let px = significant(f64::from(app.viewport.coc_scale_px));
             legend(Map::Diverging, "Signed CoC", format!("−{px} px, in front"), format!("{px} px, behind"))
         }
         Show::Depth => legend(Map::Sequential, "Reciprocal depth", "∞".into(), "nearest".into()),
@@ -51,7 +51,8 @@ fn of_show(app: &App, id: PaneId) -> Option<Legend> {
             legend(Map::Diverging, "Depth of field", "in front".into(), format!("behind · colours: CoC ≤ {px} px"))
         }
         Show::Difference(difference) => {
-            let percent = |v: f32| format!("{} %", v * 100.0);
+            let gain = difference.gain();
+            let percent = |v: f32| format!("{} %", significant(f64::from(v * 100.0 / gain)));
             let full = percent(DIFFERENCE_FULL_SCALE);
             match difference.kind {
                 DifferenceKind::Absolute => {
@@ -66,7 +67,10 @@ fn of_show(app: &App, id: PaneId) -> Option<Legend> {
                     "0".into(),
                     format!("{} and more", percent(RELATIVE_FULL_SCALE)),
                 ),
-                DifferenceKind::Flip => legend(Map::Error, "FLIP", "0".into(), "1".into()),
+                DifferenceKind::Flip => {
+                    let more = if gain > 1.0 { " and more" } else { "" };
+                    legend(Map::Error, "FLIP", "0".into(), format!("{}{more}", significant(f64::from(1.0 / gain))))
+                }
             }
         }
         Show::Inside(_) => Some(of_reading(app.engine().pane(id)?.reading()?)),

@@ -37,6 +37,7 @@ mod focusing;
 mod help;
 mod inspecting;
 mod legend;
+mod limits;
 mod loading;
 mod messages;
 mod navigation;
@@ -74,7 +75,7 @@ pub use panes::PaneTree;
 pub use preferences::{Navigation, Preferences, Theme};
 pub use saving::PictureKind;
 pub use size::PictureSize;
-pub use state::{StateError, command_line, left_out, read as read_state, write as write_state};
+pub use state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use style::apply as apply_style;
 pub use timing::{History, Quantiles};
 
@@ -152,6 +153,7 @@ pub struct App {
     dialogs: dialogs::Dialogs,
     palette: palette::Palette,
     tasks: Vec<tasks::Task>,
+    wanted_truths: Vec<saving::WantedTruth>,
     messages: messages::Messages,
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
@@ -271,9 +273,12 @@ impl App {
             loaded: None,
             watched: Default::default(),
             reload: shaders::Reload::of(options.shaders),
-            dialogs: dialogs::Dialogs::in_folder(options.folder.unwrap_or_default()),
+            dialogs: dialogs::Dialogs::in_folder(
+                options.folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default(),
+            ),
             palette: Default::default(),
             tasks: Vec::new(),
+            wanted_truths: Vec::new(),
             messages,
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
@@ -327,6 +332,11 @@ impl App {
         self.engine.view()
     }
 
+    /// |c| at the ends of the CoC's colour map, px.
+    pub fn coc_scale_px(&self) -> f32 {
+        self.viewport.coc_scale_px
+    }
+
     /// Size of what a pane shows, px.
     pub fn shown_size(&self, pane: PaneId) -> Option<glam::UVec2> {
         self.shown(pane).map(Texture::size)
@@ -355,6 +365,7 @@ impl App {
         self.controls(ui);
         CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
         self.update_pictures(ui);
+        self.hand_out_truths();
         self.show_feet(ui);
         self.show_help(&ctx);
         self.show_palette(&ctx);

@@ -3,6 +3,7 @@
 use super::details::{Exposed, difference_row, inside_row};
 use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::engine::{Figures, Measured, Verdict};
+use super::limits::aperture_limit;
 use super::numbers::significant;
 use super::widgets::combo;
 use super::{App, actions::Action, style};
@@ -299,6 +300,11 @@ impl App {
                 let help = "Pixels of the display for one of the picture; Z toggles between all of it and 100 %";
                 let text = RichText::new(format!("{} %", significant(f64::from(100.0 * scale)))).small();
                 ui.label(text).on_hover_text(help);
+            }
+            let method = self.document.pane(id).map(|pane| &pane.method);
+            if let Some(limit) = method.and_then(|method| aperture_limit(method, &self.document.lens.aperture)) {
+                ui.label(RichText::new("round aperture").small().color(ui.visuals().warn_fg_color))
+                    .on_hover_text(limit);
             }
             if let Some(divisor) = pane.map(|p| p.divisor()).filter(|divisor| *divisor > 1) {
                 let follows = pane.is_some_and(|p| p.is_drawn_beside());

@@ -2,6 +2,7 @@
 
 use super::document::{Arrangement, Document, MethodChoice, PaneId, Zoom};
 use super::engine::{Exposure, Request};
+use super::numbers::round_above;
 use super::preferences::Navigation;
 use super::size::PictureSize;
 use super::{App, navigation, paint};
@@ -53,6 +54,8 @@ pub struct Viewport {
     depended_on: Option<(Exposure, Vec<MethodChoice>)>,
     is_moving: bool,
     filter: wgpu::FilterMode,
+    /// |c| at the ends of the CoC's colour map, px.
+    pub(super) coc_scale_px: f32,
     /// Whether the hint how to begin is still of use.
     pub(super) hint: bool,
     /// Why the picture is not up to date.
@@ -75,6 +78,7 @@ impl Default for Viewport {
             depended_on: None,
             is_moving: false,
             filter: wgpu::FilterMode::Linear,
+            coc_scale_px: 1.0,
             hint: true,
             problem: None,
         }
@@ -290,6 +294,7 @@ impl App {
         }
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         request.explain = self.inspector.is_open();
+        request.development.coc_scale_px = self.choose_coc_scale();
         self.viewport.watch_motion(now_s, &request);
         request.is_moving = self.viewport.is_moving;
         self.viewport.filter = self.chosen_filter(ctx.pixels_per_point());
@@ -323,6 +328,17 @@ impl App {
         let news = self.engine.update(request)? | self.eyes.update(&self.engine, request, right)?;
         self.eyes.combine(&self.engine, stereo.layout, &request.visible);
         Ok(news)
+    }
+
+    /// |c| at the ends of the CoC's colour map, px: the greatest of the picture, rounded up,
+    /// or what is set.
+    pub(super) fn choose_coc_scale(&mut self) -> f32 {
+        let lens = self.document.lens.clone();
+        let depths = self.engine.depths_m(false).filter(|_| self.document.coc_scale_fits);
+        let greatest = depths.and_then(|depths| lens.coc_statistics(depths.iter().copied()));
+        let scale = greatest.map(|coc| round_above(coc.greatest_px()) as f32).filter(|px| px.is_finite());
+        self.viewport.coc_scale_px = scale.unwrap_or(self.document.coc_scale_px);
+        self.viewport.coc_scale_px
     }
 
     /// Pixels of the display for one of the picture in a pane.

@@ -5,8 +5,11 @@ use super::style::NAME_WIDTH;
 use crate::methods::{Param, Value};
 use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
 
+/// Height of an open list, points: all methods are in sight.
+const LIST_HEIGHT: f32 = 460.0;
+
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 102.0;
+const NUMBER_WIDTH: f32 = 84.0;
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
@@ -46,7 +49,7 @@ pub fn choice(ui: &mut Ui, name: &str, help: &str, chosen: &mut usize, names: &[
 /// The list alone, `width` points wide.
 pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width: f32) -> Response {
     let selected = names.get(*chosen).copied().unwrap_or("–");
-    let list = ComboBox::from_id_salt(salt).width(width).selected_text(selected).truncate();
+    let list = ComboBox::from_id_salt(salt).width(width).height(LIST_HEIGHT).selected_text(selected).truncate();
     // A long name is cut off at the end of the room there is, not at that of the list.
     ui.scope(|ui| {
         ui.set_max_width(width);

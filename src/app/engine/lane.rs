@@ -8,6 +8,8 @@ use super::views::{Views, Which};
 use crate::gpu::{Frame, Gpu, PassTime, Texture, download};
 use crate::image::ColorImage;
 use crate::methods::{self, Method};
+use crate::study::steps::Steps;
+use crate::study::timing::RunTimes;
 use crate::study::{GpuSource, Source};
 use crate::view::{SurfaceOptions, View};
 use glam::Vec3;
@@ -15,12 +17,6 @@ use std::collections::{BTreeSet, VecDeque};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
-
-/// Time between two looks at whether a picture is still wanted, ms.
-const STEP_MS: f64 = 50.0;
-
-/// Views of a step at most.
-const MOST_VIEWS: u32 = 32;
 
 /// A picture that converges is shown at least so often: reading it back costs time too.
 const SHOWN_EVERY: Duration = Duration::from_secs(1);
@@ -40,6 +36,8 @@ pub(super) struct Job {
     pub ticket: u64,
     pub subject: Subject,
     pub method: Box<dyn Method>,
+    /// Runs to time the passes of, the first of which does not count; 0 for the picture.
+    pub timed_runs: u32,
 }
 
 enum Order {
@@ -53,6 +51,8 @@ pub(super) enum Told {
     Progress(u32, u32),
     /// A picture, or a stage of one that converges.
     Picture(Drawn),
+    /// Median times of the passes over several runs.
+    Times(Vec<PassTime>),
     /// Why there is none.
     Failed(String),
 }
@@ -65,8 +65,6 @@ pub(super) struct Drawn {
     pub is_done: bool,
     /// Elapsed time of the method, or of one view, ms.
     pub ms: f64,
-    /// Times of the passes, of a method that does not converge.
-    pub passes: Vec<PassTime>,
 }
 
 /// Numbers of the pictures that are still wanted.
@@ -139,7 +137,7 @@ struct Running {
     exposure: Exposure,
     progressive: Progressive,
     prefix: String,
-    ms_per_view: f64,
+    steps: Steps,
     shown: Option<u32>,
     shown_at: Instant,
 }
@@ -190,6 +188,10 @@ impl Worker {
     }
 
     fn begin(&mut self, job: &Job, tell: &dyn Fn(u64, Told)) {
+        if job.timed_runs > 0 {
+            let told = self.time(job).map_or_else(Told::Failed, Told::Times);
+            return tell(job.ticket, told);
+        }
         match self.draw(job) {
             Ok(Some(drawn)) => tell(job.ticket, Told::Picture(drawn)),
             Ok(None) => {}
@@ -197,15 +199,38 @@ impl Worker {
         }
     }
 
+    fn bench(&mut self) -> Result<&mut Bench, String> {
+        match &mut self.bench {
+            Some(bench) => Ok(bench),
+            empty => Ok(empty.insert(Bench::open(&self.adapter, &self.shaders)?)),
+        }
+    }
+
+    /// Times the passes of a picture.
+    fn time(&mut self, job: &Job) -> Result<Vec<PassTime>, String> {
+        let lens = &job.subject.exposure.lens;
+        let (gpu, view) = self.bench()?.view(&job.subject)?;
+        let mut frame = gpu.frame();
+        view.pinhole(&mut frame);
+        view.z_bounds(&mut frame);
+        frame.finish().timings.wait();
+        let mut runs = Vec::new();
+        for run in 0..=job.timed_runs {
+            let mut frame = gpu.timed_frame();
+            methods::record(job.method.as_ref(), &mut frame, view, lens).map_err(|e| e.to_string())?;
+            let passes = frame.finish().timings.wait();
+            // The first builds pipelines and fills pools.
+            if run > 0 {
+                runs.push(passes);
+            }
+        }
+        Ok(medians(&runs))
+    }
+
     /// Draws a picture; `None` of one that converges, which is begun.
     fn draw(&mut self, job: &Job) -> Result<Option<Drawn>, String> {
-        let (adapter, shaders) = (&self.adapter, &self.shaders);
-        let bench = match &mut self.bench {
-            Some(bench) => bench,
-            empty => empty.insert(Bench::open(adapter, shaders)?),
-        };
         let lens = &job.subject.exposure.lens;
-        let (gpu, view) = bench.view(&job.subject)?;
+        let (gpu, view) = self.bench()?.view(&job.subject)?;
         // The pinhole image before all else: no method's time has it.
         let mut frame = gpu.frame();
         view.pinhole(&mut frame);
@@ -218,19 +243,19 @@ impl Worker {
                 exposure: job.subject.exposure.clone(),
                 progressive,
                 prefix: format!("{}/", job.method.about().id),
-                ms_per_view: STEP_MS,
+                steps: Steps::default(),
                 shown: None,
                 shown_at: Instant::now(),
             });
             return Ok(None);
         }
         let start = Instant::now();
-        let mut frame = gpu.timed_frame();
+        let mut frame = gpu.frame();
         let texture = methods::record(job.method.as_ref(), &mut frame, view, lens).map_err(|e| e.to_string())?;
-        let passes = frame.finish().timings.wait();
+        frame.finish().timings.wait();
         let ms = start.elapsed().as_secs_f64() * 1e3;
         let color = Arc::new(download(&gpu, &texture));
-        Ok(Some(Drawn { color, samples: None, is_done: true, ms, passes }))
+        Ok(Some(Drawn { color, samples: None, is_done: true, ms }))
     }
 
     /// Adds lens points to the oldest picture that converges.
@@ -290,7 +315,7 @@ impl Running {
         let start = Instant::now();
         let Progressive { run, samples } = &mut self.progressive;
         let before = run.count();
-        let views = ((STEP_MS / self.ms_per_view) as u32).clamp(1, MOST_VIEWS).min(*samples - before);
+        let views = self.steps.next(*samples - before);
         let mut frame: Frame<'_> = gpu.frame();
         frame.set_prefix(self.prefix.clone());
         run.advance(&mut frame, view, &self.exposure.lens, views).map_err(|e| e.to_string())?;
@@ -299,13 +324,31 @@ impl Running {
         let is_worth = is_done || passed_power_of_two(self.shown, count) || self.shown_at.elapsed() >= SHOWN_EVERY;
         let mean = is_worth.then(|| run.mean(&mut frame));
         frame.finish().timings.wait();
-        self.ms_per_view = (start.elapsed().as_secs_f64() * 1e3 / f64::from((count - before).max(1))).max(1e-3);
+        self.steps.took(count - before, start.elapsed());
         let Some(mean) = mean else { return Ok(None) };
         (self.shown, self.shown_at) = (Some(count), Instant::now());
         let color = Arc::new(download(gpu, &mean));
-        let ms = self.ms_per_view;
-        Ok(Some(Drawn { color, samples: Some(count), is_done, ms, passes: Vec::new() }))
+        let ms = self.steps.ms_per_unit();
+        Ok(Some(Drawn { color, samples: Some(count), is_done, ms }))
     }
+}
+
+/// Median time of each pass over several runs, in the order of the passes; passes of one
+/// label are added up.
+fn medians(runs: &[Vec<PassTime>]) -> Vec<PassTime> {
+    let mut labels: Vec<&str> = Vec::new();
+    for pass in runs.iter().flatten() {
+        if !labels.contains(&pass.label.as_str()) {
+            labels.push(&pass.label);
+        }
+    }
+    let of_run = |run: &Vec<PassTime>, label: &str| run.iter().filter(|p| p.label == label).map(|p| p.ms).sum();
+    let median = |label: &&str| {
+        let times: Vec<f64> = runs.iter().map(|run| of_run(run, label)).collect();
+        let ms = RunTimes::of(&times).map_or(0.0, |times| times.median);
+        PassTime { label: (*label).to_owned(), ms }
+    };
+    labels.iter().map(median).collect()
 }
 
 /// A picture that another device has drawn, as a texture of this one: RGBA32F, which holds
@@ -318,4 +361,17 @@ pub(super) fn upload(gpu: &Gpu, color: &ColorImage) -> Texture {
     let size = wgpu::Extent3d { width: color.size.x, height: color.size.y, depth_or_array_layers: 1 };
     gpu.queue().write_texture(texture.raw().as_image_copy(), bytemuck::cast_slice(&texels), layout, size);
     texture
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_of_one_label_are_added_and_the_median_of_runs_is_taken() {
+        let pass = |label: &str, ms| PassTime { label: label.into(), ms };
+        let run = |ms| vec![pass("blur", ms), pass("mix", 1.0), pass("blur", 2.0 * ms)];
+        let told = medians(&[run(1.0), run(100.0), run(2.0)]);
+        assert_eq!(told, [pass("blur", 6.0), pass("mix", 1.0)]);
+    }
 }

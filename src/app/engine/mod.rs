@@ -1,6 +1,7 @@
 //! What the window shows, kept up to date: renders when something it depends on changed
 //! and does nothing when nothing did. Knows the library, not the user interface.
 
+mod activity;
 mod beside;
 mod figures;
 mod flights;
@@ -17,6 +18,8 @@ mod values;
 mod views;
 mod wake;
 
+pub use activity::Activity;
+pub use beside::PassTimes;
 pub use figures::{Figures, Measured, Verdict};
 pub use identity::{Identity, Pairing};
 pub use inside::Reading;
@@ -115,9 +118,11 @@ pub struct Engine {
     asked: Option<Request>,
     wake: Wake,
     tempo: Tempo,
+    activity: Activity,
     /// Mean blur of the picture that is asked for, px.
     blur_px: f64,
     lane: Option<Lane>,
+    pass_times: Option<PassTimes>,
     tickets: u64,
     /// Shaders that were replaced, by name.
     shaders: BTreeMap<String, String>,
@@ -152,8 +157,10 @@ impl Engine {
             asked: None,
             wake: Wake::default(),
             tempo: Tempo::default(),
+            activity: Activity::default(),
             blur_px: 0.0,
             lane: None,
+            pass_times: None,
             tickets: 0,
             shaders: BTreeMap::new(),
             ms_per_view: STEP_BUDGET_MS,
@@ -328,7 +335,8 @@ impl Engine {
     }
 
     fn is_drawing_beside(&self) -> bool {
-        self.panes.values().any(Pane::is_drawn_beside)
+        let is_timing = self.pass_times.as_ref().is_some_and(|timed| timed.times.is_none());
+        is_timing || self.panes.values().any(Pane::is_drawn_beside)
     }
 
     fn is_converging(&self) -> bool {
@@ -342,6 +350,22 @@ impl Engine {
     /// A view that cannot be drawn, or a lens that forms no image; what a single method
     /// cannot do is told in its [`Pane`].
     pub fn update(&mut self, request: &Request) -> Result<bool, MethodError> {
+        let news = self.bring_up_to_date(request);
+        self.activity.set_busy(self.wants_update_in().is_some());
+        news
+    }
+
+    /// What the engine is doing, to be asked from any thread.
+    pub fn activity(&self) -> Activity {
+        self.activity.clone()
+    }
+
+    /// Shaders that were replaced, by name.
+    pub fn shaders(&self) -> &BTreeMap<String, String> {
+        &self.shaders
+    }
+
+    fn bring_up_to_date(&mut self, request: &Request) -> Result<bool, MethodError> {
         self.poll();
         let answered = self.take_answers() | self.take_from_beside();
         self.asked = Some(request.clone());
@@ -469,6 +493,7 @@ impl Engine {
         self.present(&mut frame, request);
         let submitted = frame.finish();
         self.rendered_frames += 1;
+        self.activity.count();
         self.stats = submitted.stats;
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
         self.in_flight.push(InFlight { parts, timings: submitted.timings, cpu_ms, since: start, blur_px });

@@ -105,7 +105,7 @@ impl Pace {
     pub fn divisor(&self, blur_px: f64, limits: Limits) -> u32 {
         let in_time = |divisor: &u32| self.expected_ms(*divisor, blur_px, limits) <= limits.budget_ms;
         let coarser = DIVISORS.into_iter().filter(|divisor| *divisor > 1);
-        coarser.clone().find(in_time).or(coarser.last()).unwrap_or(1)
+        coarser.clone().find(in_time).or(coarser.max()).unwrap_or(1)
     }
 }
 

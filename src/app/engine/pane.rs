@@ -11,7 +11,7 @@ use super::request::{Development, Exposure, Request};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use crate::combine;
 use crate::display::Display;
-use crate::gpu::{Frame, PassTime, Texture};
+use crate::gpu::{Frame, Texture};
 use crate::methods::{self, Meaning};
 use crate::present::{self, DifferenceOf, Map, Numbers, Overlay, Place, Slice};
 use crate::view::View;
@@ -34,6 +34,8 @@ pub struct Pane {
     pub(super) run: Option<Progressive>,
     /// The last picture that is worth measuring.
     pub(super) milestone: Option<Milestone>,
+    /// The one before, of a picture that converges.
+    pub(super) earlier: Option<Milestone>,
     exposed: Vec<(String, Texture)>,
     kept: Kept,
     wanted_kept: Kept,
@@ -51,8 +53,6 @@ pub struct Pane {
     pub(super) pace: Pace,
     /// The picture that is being drawn beside the interface.
     pub(super) errand: Option<Errand>,
-    /// Times of its passes, where it came from beside.
-    pub(super) passes: Vec<PassTime>,
     /// Lens points of a picture that came from beside, and how many there were to be.
     pub(super) finished: Option<(u32, u32)>,
     /// Size and margin of the picture whose textures are exposed, px.
@@ -97,6 +97,7 @@ impl Pane {
             revision: 0,
             run: None,
             milestone: None,
+            earlier: None,
             exposed: Vec::new(),
             kept: Kept::Nothing,
             wanted_kept: Kept::Nothing,
@@ -111,7 +112,6 @@ impl Pane {
             divisor: 1,
             pace: Pace::default(),
             errand: None,
-            passes: Vec::new(),
             finished: None,
             exposed_from: (UVec2::ZERO, 0),
             made_at: Instant::now(),
@@ -157,12 +157,6 @@ impl Pane {
     pub(super) fn learn(&mut self, divisor: u32, ms: f64, waited_ms: f64, blur_px: f64) {
         self.ms = Some(ms);
         self.pace.learn(divisor, waited_ms, blur_px);
-    }
-
-    /// Times of the passes of the picture, if it was drawn beside the interface; on a
-    /// software adapter the processor's.
-    pub fn passes(&self) -> &[PassTime] {
-        &self.passes
     }
 
     /// How many times smaller than in full the shown picture is drawn: 1 is in full.
@@ -280,7 +274,8 @@ impl Pane {
         self.made_for = Some(exposure.clone());
         self.made_at = Instant::now();
         self.divisor = divisor;
-        (self.run, self.error, self.milestone, self.finished) = (None, None, None, None);
+        (self.run, self.error, self.finished) = (None, None, None);
+        (self.milestone, self.earlier) = (None, None);
     }
 
     /// There is no picture of `exposure`, for a reason.
@@ -337,7 +332,8 @@ impl Pane {
         // What is drawn smaller is to be looked at, not to be measured.
         if is_worth && self.divisor == 1 {
             let (texture, revision) = (linear.clone(), self.revision);
-            self.milestone = Some(Milestone { texture, color: None, identity: identity.clone(), revision });
+            let milestone = Milestone { texture, color: None, identity: identity.clone(), revision };
+            self.earlier = self.milestone.replace(milestone).filter(|before| before.identity.is_of(&identity));
         }
         (self.linear, self.identity) = (Some(linear), Some(identity));
     }
@@ -404,10 +400,10 @@ impl Pane {
             Show::Difference(difference) => match of_kind(difference.kind) {
                 Some(of) => other
                     .filter(|other| other.texture.size() == linear.size() && self.is_beside(other))
-                    .map(|other| present::difference(frame, &linear, &other.texture, &display, of)),
+                    .map(|other| present::difference(frame, &linear, &other.texture, &display, of, difference.gain())),
                 None => self.map(request, other).map(|(map, _)| {
                     let slice = Slice { texture: map, level: 0, layer: 0 };
-                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0] }.alone(frame)
+                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0 / difference.gain()] }.alone(frame)
                 }),
             },
             Show::Inside(inside) => self.present_inside(frame, &inside, &display),

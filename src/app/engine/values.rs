@@ -45,7 +45,7 @@ impl Engine {
     /// while something moves and there is no time for that. `None` once the device is lost.
     pub fn view(&mut self) -> Option<&mut View> {
         let asked = self.asked.as_ref().filter(|_| !self.troubles.is_lost())?;
-        self.views.from_where(&asked.exposure)
+        self.views.where_taken(&asked.exposure)
     }
 
     /// A pane's picture, linear, on the CPU: read back at most once for each picture, which

@@ -72,7 +72,7 @@ impl Views {
     }
 
     /// The view from where `exposure` is taken: in full if that is prepared, else smaller.
-    pub fn from_where(&mut self, exposure: &Exposure) -> Option<&mut View> {
+    pub fn where_taken(&mut self, exposure: &Exposure) -> Option<&mut View> {
         let mut both = self.full.iter_mut().filter(|seen| seen.is_of(exposure)).chain(&mut self.coarse);
         both.find(|seen| seen.camera == exposure.camera).map(|seen| &mut seen.view)
     }
