@@ -9,7 +9,8 @@ use super::panels::{
     ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
 };
 use super::preferences::Navigation;
-use super::size::{GREATEST_SIDE_PX, PictureSize};
+use super::size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
+use super::style::NAME_WIDTH;
 use super::widgets::{self, choice, number_of};
 use super::{style, timing};
 use crate::combine;
@@ -177,6 +178,10 @@ impl App {
     fn size_rows(&mut self, ui: &mut Ui) {
         let size = self.document.size;
         let px = self.eye_size_px();
+        // Before there is something to see it has no size.
+        if px.min_element() == 0 {
+            return;
+        }
         if let Some(chosen) = size_rows(ui, size, px) {
             self.resize_picture(chosen);
         }
@@ -260,19 +265,24 @@ fn size_rows(ui: &mut Ui, size: PictureSize, px: UVec2) -> Option<PictureSize> {
     let help = "Pixels of the picture, of each eye's where there are two. Panes show it fitted in or magnified: how they lie changes neither the picture nor what is measured, unless it is to be as large as the window.";
     choice(ui, "Picture size", help, &mut chosen, &names);
     let (mut width, mut height) = (px.x, px.y);
-    widgets::row(ui, "", "", |ui| {
-        let side = |ui: &mut Ui, name: &str, side: &mut u32| {
+    let mut is_typed = false;
+    ui.horizontal(|ui| {
+        let mut side = |ui: &mut Ui, name: &str, side: &mut u32| {
+            // What is there stays as it is until it is changed here.
             let drag =
-                egui::DragValue::new(side).range(16..=GREATEST_SIDE_PX).suffix(" px").update_while_editing(false);
-            ui.add(drag).accessible_name(name).on_hover_text(name.to_owned())
+                egui::DragValue::new(side).range(LEAST_SIDE_PX..=GREATEST_SIDE_PX).clamp_existing_to_range(false);
+            let drag = ui.add(drag.suffix(" px").update_while_editing(false));
+            is_typed |= drag.changed();
+            drag.accessible_name(name).on_hover_text(name.to_owned());
         };
-        let first = side(ui, "Picture width", &mut width);
+        ui.add_space(NAME_WIDTH + ui.spacing().item_spacing.x);
+        side(ui, "Picture width", &mut width);
         ui.label("x");
-        first | side(ui, "Picture height", &mut height)
+        side(ui, "Picture height", &mut height);
     });
     match offered.get(chosen).filter(|_| chosen != before) {
         Some((_, size)) => Some(*size),
-        None if chosen != before || (width, height) != (px.x, px.y) => Some(PictureSize::Pixels(width, height)),
+        None if chosen != before || is_typed => Some(PictureSize::Pixels(width, height)),
         None => None,
     }
 }

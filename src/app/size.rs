@@ -5,7 +5,7 @@ use crate::study::Source;
 use glam::{UVec2, uvec2};
 
 /// Least side of a picture, px: a smaller one shows nothing worth measuring.
-const LEAST_SIDE_PX: u32 = 16;
+pub const LEAST_SIDE_PX: u32 = 16;
 
 /// Greatest side that can be asked for, px: twice that of the widest headset's eye. An
 /// adapter may have a lower limit, which it tells.

@@ -108,7 +108,7 @@ fn colour_scales_fit_and_can_be_fixed_and_stretched() {
     settle(&mut window);
     type_number(&mut window, "CoC scale", "12");
     assert_eq!(request(&window), 12.0);
-    type_number(&mut window, "Aperture E", "1");
+    type_number(&mut window, "Aperture E", &(2.0 * wider_mm).to_string());
     assert_eq!(request(&window), 12.0, "fixed, it stays");
     choose(&mut window, "Shown in pane 1", "Difference");
     let mean = |window: &Window| {

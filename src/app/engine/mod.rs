@@ -258,17 +258,21 @@ impl Engine {
     pub fn verdict(&self, id: PaneId) -> Verdict<'_> {
         let Some(pane) = self.panes.get(&id) else { return Verdict::Pending };
         let Some(asked) = &self.asked else { return Verdict::Pending };
-        let Some(truth) = asked.reference.filter(|truth| *truth != id) else { return Verdict::Unasked };
+        // An image with depth has no truth, whatever is asked for.
+        let is_there = |truth: &PaneId| *truth != id && self.panes.get(truth).is_none_or(|pane| pane.error.is_none());
+        let Some(truth) = asked.reference.filter(is_there) else { return Verdict::Unasked };
         let (Some(last), Some(now)) = (pane.judged.last(), self.pair(asked, id, truth)) else {
             return Verdict::Pending;
         };
         if pane.error.is_some() {
             return Verdict::Pending;
         }
-        let is_shown = pane.identity.as_ref() == Some(&now.picture);
-        match is_shown && last.of.is_of(&now) {
-            true => Verdict::Current(last),
-            false => Verdict::Outdated(last, last.of.departures(&now)),
+        let departures = last.of.departures(&now);
+        match departures.is_empty() {
+            true if pane.identity.as_ref() == Some(&now.picture) => Verdict::Current(last),
+            // What is asked for was measured before, and is not shown yet.
+            true => Verdict::Pending,
+            false => Verdict::Outdated(last, departures),
         }
     }
 
