@@ -204,7 +204,9 @@ impl App {
             ui.horizontal(|ui| {
                 let size = self.eye_size_px();
                 let help = "Size of the picture, of each eye's where there are two; View has others";
-                item(ui, "picture", &format!("{} x {} px", size.x, size.y), help);
+                if size.min_element() > 0 {
+                    item(ui, "picture", &format!("{} x {} px", size.x, size.y), help);
+                }
                 let lens = self.document.lens.clone();
                 let px = |v: f64| format!("{} px", significant(v));
                 let k = if lens.check().is_ok() { px(lens.k_px()) } else { "–".into() };

@@ -327,9 +327,10 @@ impl App {
 
     fn figures_text(&self, id: PaneId) -> FootText {
         let progress = self.engine.pane(id).and_then(|pane| pane.progress());
-        if let (Some((count, samples)), true) = (progress, self.engine.reference() == Some(id)) {
+        if self.engine.reference() == Some(id) {
+            let points = progress.map_or_else(String::new, |(count, of)| format!(" · {count} of {of} lens points"));
             let help = "The reference: the mean of this many views over the lens.";
-            return FootText::current(format!("reference · {count} of {samples} lens points"), help);
+            return FootText::current(format!("reference{points}"), help);
         }
         let goal = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
         foot_text(&self.engine.verdict(id), goal.map(|(_, samples)| samples))

@@ -57,6 +57,7 @@ pub fn apply(ctx: &egui::Context) {
         style.spacing.window_margin = Margin::same(12);
         style.spacing.combo_width = 110.0;
         // A list that goes on below its edge shows a bar also where no pointer is.
+        style.spacing.scroll.floating_allocated_width = style.spacing.scroll.bar_width;
         style.spacing.scroll.dormant_background_opacity = 0.3;
         style.spacing.scroll.dormant_handle_opacity = 0.6;
         style.visuals.slider_trailing_fill = true;

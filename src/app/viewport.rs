@@ -344,7 +344,8 @@ impl App {
     /// Pixels of the display for one of the picture in a pane.
     pub(super) fn magnification(&self, id: PaneId, ppp: f32) -> Option<f32> {
         let shown = self.viewport.pictures.get(&id)?;
-        Some(shown.width() * ppp / self.whole_size_px().x.max(1) as f32)
+        let width_px = Some(self.whole_size_px().x).filter(|px| *px > 0)?;
+        Some(shown.width() * ppp / width_px as f32)
     }
 
     /// The panes that were laid out, and the one that blinks.

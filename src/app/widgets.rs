@@ -9,7 +9,7 @@ use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
 const LIST_HEIGHT: f32 = 460.0;
 
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 84.0;
+const NUMBER_WIDTH: f32 = 90.0;
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {

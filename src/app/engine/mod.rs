@@ -256,8 +256,7 @@ impl Engine {
 
     /// How far a pane's picture is from the truth, as far as that is known.
     pub fn verdict(&self, id: PaneId) -> Verdict<'_> {
-        let Some(pane) = self.panes.get(&id) else { return Verdict::Pending };
-        let Some(asked) = &self.asked else { return Verdict::Pending };
+        let (Some(pane), Some(asked)) = (self.panes.get(&id), &self.asked) else { return Verdict::Unasked };
         // An image with depth has no truth, whatever is asked for.
         let is_there = |truth: &PaneId| *truth != id && self.panes.get(truth).is_none_or(|pane| pane.error.is_none());
         let Some(truth) = asked.reference.filter(is_there) else { return Verdict::Unasked };
