@@ -77,7 +77,7 @@ pub enum LensError {
     },
     /// The focus distance does not exceed the focal length: no image forms.
     #[error(
-        "focus distance df = {focus_distance_mm} mm does not exceed the focal length F = {focal_length_mm} mm, \
+        "focus distance df = {focus_distance_mm:.4} mm does not exceed the focal length F = {focal_length_mm:.4} mm, \
          so no image forms: move the focus farther or choose a shorter focal length"
     )]
     FocusInsideFocalLength {

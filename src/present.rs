@@ -172,7 +172,7 @@ pub fn overlay(
     result
 }
 
-/// A difference between two images, each kind with its own fixed scale.
+/// A difference between two images, each kind with its own scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DifferenceOf {
     /// |a - b| of the display values, the greatest channel: [`Map::Error`] from 0 to
@@ -198,11 +198,19 @@ impl DifferenceOf {
     }
 }
 
-/// How `a` differs from `b`, on a colour scale. Panics if the sizes differ.
-pub fn difference(frame: &mut Frame<'_>, a: &Texture, b: &Texture, display: &Display, of: DifferenceOf) -> Texture {
+/// How `a` differs from `b`, on a colour scale that is stretched by `gain`, above 0: its end
+/// is reached at [`DifferenceOf::full_scale`] over that. Panics if the sizes differ.
+pub fn difference(
+    frame: &mut Frame<'_>,
+    a: &Texture,
+    b: &Texture,
+    display: &Display,
+    of: DifferenceOf,
+    gain: f32,
+) -> Texture {
     assert_eq!(a.size(), b.size(), "images of one size are compared");
     let result = frame.texture("difference", a.size(), FORMAT);
-    let present = Present { full_scale: of.full_scale(), ..Present::new(display) };
+    let present = Present { full_scale: of.full_scale() / gain, ..Present::new(display) };
     let color_map = frame.gpu().buffer_of("colour map", &of.map().table());
     let entry = match of {
         DifferenceOf::Display => "difference",

@@ -25,7 +25,7 @@ pub const MEAN_IPD_MM: f64 = 63.0;
 pub const IPD_MM: RangeInclusive<f64> = 40.0..=80.0;
 
 /// Refresh rates of head-mounted displays, Hz.
-pub const REFRESH_HZ: [f64; 3] = [72.0, 90.0, 120.0];
+pub const REFRESH_HZ: [f64; 5] = [72.0, 90.0, 100.0, 120.0, 144.0];
 
 /// Two eyes and how their pictures are shown.
 #[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -87,6 +87,11 @@ impl Layout {
     /// Size of each eye's picture, px, in a frame of `size`.
     pub fn eye_size(self, size: UVec2) -> UVec2 {
         if self.is_side_by_side() { uvec2((size.x / 2).max(1), size.y) } else { size }
+    }
+
+    /// Size of the frame, px, in which each eye's picture is `eye` large.
+    pub fn whole_size(self, eye: UVec2) -> UVec2 {
+        if self.is_side_by_side() { uvec2(2 * eye.x, eye.y) } else { eye }
     }
 
     /// The two eyes' pictures beside each other. Panics if their sizes differ.

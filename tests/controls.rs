@@ -233,7 +233,7 @@ fn the_comparison_is_saved_as_html() {
     name_file(&mut window, &file);
     settle(&mut window);
     let html = std::fs::read_to_string(&file).expect("it was written");
-    for part in ["Anisotropic mipmaps", "data:image/png;base64", "--method mipmap", "squares"] {
+    for part in ["Anisotropic mipmaps", "data:image/png;base64", "--methods mipmap", "squares"] {
         assert!(html.contains(part), "{part} is missing");
     }
     assert_eq!(window.state().last_error(), None);

@@ -7,7 +7,8 @@ mod tiny_files;
 
 use common::window::{Tiny, Window, choose, click, name_file, point, press, settle, type_number, window};
 use defocus::app::{
-    Action, Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, Show, read_state,
+    Action, Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, Show, Verdict,
+    read_state,
 };
 use defocus::gpu::download_rgba8;
 use defocus::stereo::Layout;
@@ -51,10 +52,12 @@ fn within_three_actions_two_methods_stand_side_by_side_focused_on_what_was_click
     click(&mut window, at);
     assert_eq!(document(&window).lens.focus_distance_m, expected);
     let engine = window.state().engine();
-    let figures = engine.pane(PaneId(1)).and_then(|p| p.figures().last()).expect("they were measured");
-    let figures = figures.as_ref().expect("the images can be compared");
+    let Verdict::Current(measured) = engine.verdict(PaneId(1)) else {
+        panic!("they were measured: {:?}", engine.verdict(PaneId(1)));
+    };
+    let figures = measured.result.as_ref().expect("the images can be compared");
     let samples = engine.pane(PaneId(2)).and_then(|p| p.progress()).expect("the reference converges");
-    assert_eq!(figures.samples, Some(samples.1), "the figures say at how many lens points they stand");
+    assert_eq!(measured.of.truth.samples, Some(samples.1), "the figures say at how many lens points they stand");
     assert!(figures.psnr_db.is_some_and(|db| db > 15.0) && figures.flip > 0.0, "{figures:?}");
     window.check_accessibility();
 }
@@ -194,7 +197,7 @@ fn differences_of_every_kind_are_taken_from_the_chosen_pane() {
     let against = PaneId(2);
     for (kind, name) in DifferenceKind::ALL {
         choose(&mut window, "Kind of difference in pane 1", name);
-        assert_eq!(document(&window).panes[0].show, Show::Difference(Difference { against, kind }));
+        assert_eq!(document(&window).panes[0].show, Show::Difference(Difference::new(against, kind)));
         assert!(window.state().engine().pane(PaneId(1)).is_some_and(|p| p.shown().is_some()), "{name}");
     }
     window.get_by_label("Close pane 2").click();

@@ -133,8 +133,8 @@ fn difference_is_absolute_and_on_the_fixed_scale() {
     let display = Display { tone_map: ToneMap::Reinhard, ..Display::default() };
     let textures = [&a, &b].map(|image| upload(gpu(), "image", image));
     let mut frame = gpu().frame();
-    let ab = present::difference(&mut frame, &textures[0], &textures[1], &display, DifferenceOf::Display);
-    let ba = present::difference(&mut frame, &textures[1], &textures[0], &display, DifferenceOf::Display);
+    let ab = present::difference(&mut frame, &textures[0], &textures[1], &display, DifferenceOf::Display, 1.0);
+    let ba = present::difference(&mut frame, &textures[1], &textures[0], &display, DifferenceOf::Display, 1.0);
     frame.finish();
     let (ab, ba) = (download_rgba8(gpu(), &ab), download_rgba8(gpu(), &ba));
     assert_eq!(ab, ba, "an absolute difference has no direction");

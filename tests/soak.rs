@@ -11,7 +11,7 @@ mod common;
 mod tiny_files;
 
 use common::window::{Window, settle, window_in};
-use defocus::app::{Action, Document, MethodChoice};
+use defocus::app::{Action, Document, MethodChoice, PictureSize};
 use eframe::egui::{
     Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, pos2, vec2,
 };
@@ -62,6 +62,7 @@ fn is_for_here(action: &Action) -> bool {
     match action {
         Action::OpenNamed(name) => name == "forest" || name.ends_with("squares.glb") || name.ends_with(".ron"),
         Action::SaveReport => false,
+        Action::SetSize(size) => *size == PictureSize::Window,
         _ => true,
     }
 }
@@ -213,6 +214,11 @@ fn random_actions_leave_the_window_whole() {
         last.push(act(&mut window, &mut random));
         if last.len() > 6 {
             last.remove(0);
+        }
+        if window.state().document().size != PictureSize::Window {
+            // Large pictures are tried elsewhere.
+            let ctx = window.ctx.clone();
+            window.state_mut().perform(&ctx, Action::SetSize(PictureSize::Window));
         }
         window.step();
         let error = window.state().last_error().unwrap_or_default();

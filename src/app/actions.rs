@@ -5,6 +5,7 @@ use super::panels::FocusMode;
 use super::panes::method_to_add;
 use super::preferences::Theme;
 use super::saving::PictureKind;
+use super::size::PictureSize;
 use super::{App, state};
 use crate::presets::presets;
 use crate::scene::builtin;
@@ -63,12 +64,16 @@ pub enum Action {
     SetShow(PaneId, usize),
     /// Show what a pane's method tells of each pixel.
     LookInside(PaneId, Inside),
+    /// Time the passes of pane A's method.
+    TimePasses,
     /// Figures also without a pane that shows the reference.
     Measure,
     /// The whole picture, or pixel for pixel.
     ToggleZoom,
     /// This magnification.
     ZoomTo(f32),
+    /// How large the picture is.
+    SetSize(PictureSize),
     /// The camera as the scene has it.
     ResetCamera,
     /// A lens by its preset's name.
@@ -158,12 +163,15 @@ impl App {
             command("Default parameters of pane A".into(), Action::ResetParams(a)),
             command("Lens that suits the scene".into(), Action::SuitLens),
             command("Reload shaders on save".into(), Action::WatchShaders),
+            command("Time the passes of pane A".into(), Action::TimePasses),
         ];
         let arrangements = Arrangement::ALL.iter();
         commands
             .extend(arrangements.map(|(to, name, _)| command(format!("Arrangement: {name}"), Action::Arrange(*to))));
         let zooms = [1.0, 2.0, 4.0, 8.0, 16.0];
         commands.extend(zooms.map(|zoom| command(format!("Zoom {}00 %", zoom as u32), Action::ZoomTo(zoom))));
+        let sizes = PictureSize::offered().into_iter();
+        commands.extend(sizes.map(|(name, size)| command(format!("Picture size: {name}"), Action::SetSize(size))));
         let shows = Show::NAMES.iter().enumerate();
         commands.extend(shows.map(|(i, name)| command(format!("Show: {name}"), Action::SetShow(a, i))));
         let overlays = self.document.pane(a).map_or_else(Vec::new, |pane| Inside::overlays(&pane.method));
@@ -205,7 +213,7 @@ impl App {
             Action::SaveReport => self.dialogs.save_report(ctx, &self.document),
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
-                ctx.copy_text(state::command_line(&self.document, self.viewport.size_px()));
+                ctx.copy_text(state::command_text(&self.document, self.eye_size_px()));
                 let missing = state::left_out(&self.document).join(", ");
                 let missing = if missing.is_empty() { missing } else { format!(" It leaves out {missing}.") };
                 self.messages.note(ctx, &format!("The command line is on the clipboard.{missing}"));
@@ -216,6 +224,8 @@ impl App {
             Action::Help => self.help = !self.help,
             Action::SetTheme(theme) => self.preferences.theme = theme,
             Action::WatchShaders => self.preferences.reload_shaders = !self.preferences.reload_shaders,
+            Action::TimePasses => self.engine.time_passes(self.document.a),
+            Action::SetSize(size) => self.resize_picture(size),
             Action::ResetCamera => self.choose_camera(self.document.camera_index),
             Action::SetLens(name) => self.set_lens(&name),
             Action::SuitLens => self.suit_lens(),

@@ -2,10 +2,11 @@
 
 use super::actions::Action;
 use super::document::Arrangement;
+use super::numbers::significant;
 use super::panels::refresh_text;
 use super::preferences::Theme;
 use super::saving::PictureKind;
-use super::widgets::{combo, significant};
+use super::widgets::combo;
 use super::{App, MAX_PANES};
 use crate::scene::builtin;
 use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
@@ -201,9 +202,15 @@ impl App {
         let frame = egui::Frame::side_top_panel(ui.style()).inner_margin(egui::Margin::symmetric(8, 4));
         Panel::bottom("status").frame(frame).show(ui, |ui| {
             ui.horizontal(|ui| {
+                let size = self.eye_size_px();
+                let help = "Size of the picture, of each eye's where there are two; View has others";
+                if size.min_element() > 0 {
+                    item(ui, "picture", &format!("{} x {} px", size.x, size.y), help);
+                }
                 let lens = self.document.lens.clone();
                 let px = |v: f64| format!("{} px", significant(v));
-                item(ui, "K", &px(lens.k_px()), "Circle of confusion of what is infinitely far away");
+                let k = if lens.check().is_ok() { px(lens.k_px()) } else { "–".into() };
+                item(ui, "K", &k, "Circle of confusion of what is infinitely far away");
                 let depths = self.engine.depths_m(false);
                 if let Some(coc) = depths.and_then(|d| lens.coc_statistics(d.iter().copied())) {
                     item(ui, "CoC mean", &px(coc.mean_px), "Mean diameter of the circle of confusion over the picture");

@@ -1,17 +1,23 @@
 //! The panel with what can be set.
 
 use super::App;
+use super::actions::Action;
 use super::document::{DEFAULT_OPACITY, Document, MethodChoice, Show};
+use super::engine::PassTimes;
+use super::limits::aperture_limit;
 use super::panels::{
     ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
 };
 use super::preferences::Navigation;
+use super::size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
+use super::style::NAME_WIDTH;
 use super::widgets::{self, choice, number_of};
 use super::{style, timing};
 use crate::combine;
 use crate::display::ToneMap;
 use crate::methods;
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
+use glam::UVec2;
 use std::ops::RangeInclusive;
 
 impl App {
@@ -28,11 +34,14 @@ impl App {
                 self.lens_group(ui);
                 self.focus_group(ui);
                 self.method_group(ui);
-                group(ui, "View", true, |ui| self.view_group(ui));
+                group(ui, "View", true, |ui| {
+                    self.size_rows(ui);
+                    self.view_group(ui);
+                });
                 self.inspector.close();
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
-                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
+                group(ui, "Timing", true, |ui| self.timing_group(ui));
                 ui.add_space(8.0);
                 let height = ui.min_rect().height();
                 outside.allocate_space(vec2(outside.available_width(), height));
@@ -56,12 +65,42 @@ impl App {
         });
         (preferences.distance_unit, preferences.display_by_view) = (panel.unit, panel.display_by_view);
         self.take_lens_changes(changes);
+        let limits: Vec<String> = self.aperture_limits();
         let aperture = &mut self.document.lens.aperture;
         let mut change = ApertureChange::default();
-        group(ui, "Aperture", false, |ui| change = aperture_panel(ui, aperture));
+        group(ui, "Aperture", false, |ui| {
+            change = aperture_panel(ui, aperture);
+            for limit in limits {
+                ui.label(RichText::new(limit).small().color(ui.visuals().warn_fg_color));
+            }
+        });
         if change.wants_image {
             self.dialogs.open_aperture(ui.ctx());
         }
+    }
+
+    fn timing_group(&mut self, ui: &mut Ui) {
+        let software = self.engine.gpu().is_software();
+        let what = if software { "the processor's time" } else { "GPU time" };
+        let help = format!("Draws pane A's picture six times beside the interface: medians of {what} of each pass.");
+        if ui.button("Time passes").on_hover_text(help).clicked() {
+            self.perform(ui.ctx(), Action::TimePasses);
+        }
+        if let Some(PassTimes { of, times, .. }) = self.engine.pass_times() {
+            let UVec2 { x, y } = of.exposure.size;
+            ui.label(RichText::new(format!("{}, {x} x {y} px: {what}", of.method.title())).small().weak());
+            timing::show_passes(ui, times.as_ref());
+        }
+        timing::show(ui, &self.engine.history, &self.engine.stats().skipped);
+    }
+
+    /// What the panes' methods cannot show of the aperture, each method once.
+    fn aperture_limits(&self) -> Vec<String> {
+        let panes = self.document.panes.iter();
+        let mut limits: Vec<String> =
+            panes.filter_map(|pane| aperture_limit(&pane.method, &self.document.lens.aperture)).collect();
+        limits.dedup();
+        limits
     }
 
     fn take_lens_changes(&mut self, changes: LensChanges) {
@@ -135,6 +174,19 @@ impl App {
         });
     }
 
+    /// How large the picture is.
+    fn size_rows(&mut self, ui: &mut Ui) {
+        let size = self.document.size;
+        let px = self.eye_size_px();
+        // Before there is something to see it has no size.
+        if px.min_element() == 0 {
+            return;
+        }
+        if let Some(chosen) = size_rows(ui, size, px) {
+            self.resize_picture(chosen);
+        }
+    }
+
     fn view_group(&mut self, ui: &mut Ui) {
         let (document, preferences) = (&mut self.document, &mut self.preferences);
         let mut tone_map = ToneMap::ALL.iter().position(|t| *t == document.display.tone_map).unwrap_or(0);
@@ -170,6 +222,11 @@ impl App {
             document.acceptable_coc_px = acceptable.clamp(0.01, 1000.0) as f32;
         }
         if document.panes.iter().any(|p| p.show == Show::Coc) {
+            let help =
+                "The colour map reaches as far as the circle of confusion of the picture; off, as far as is set.";
+            widgets::row(ui, "CoC scale fits", help, |ui| ui.checkbox(&mut document.coc_scale_fits, ""));
+        }
+        if document.panes.iter().any(|p| p.show == Show::Coc) && !document.coc_scale_fits {
             let mut scale = f64::from(document.coc_scale_px);
             let help = "Circle of confusion at the ends of the colour map.";
             if px("CoC scale", help, 1.0..=128.0, usual.coc_scale_px).show(ui, &mut scale) {
@@ -194,6 +251,39 @@ impl App {
             widgets::fit_slider(ui);
             ui.add(egui::Slider::new(&mut document.overscan_px, 0..=96).suffix(" px"))
         });
+    }
+}
+
+/// The sizes that are offered, and the pixels of one that is typed; what was chosen.
+/// `px`: the size that there is.
+fn size_rows(ui: &mut Ui, size: PictureSize, px: UVec2) -> Option<PictureSize> {
+    let offered = PictureSize::offered();
+    let mut names: Vec<&str> = offered.iter().map(|(name, _)| name.as_str()).collect();
+    names.push("Other");
+    let before = offered.iter().position(|(_, known)| *known == size).unwrap_or(offered.len());
+    let mut chosen = before;
+    let help = "Pixels of the picture, of each eye's where there are two. Panes show it fitted in or magnified: how they lie changes neither the picture nor what is measured, unless it is to be as large as the window.";
+    choice(ui, "Picture size", help, &mut chosen, &names);
+    let (mut width, mut height) = (px.x, px.y);
+    let mut is_typed = false;
+    ui.horizontal(|ui| {
+        let mut side = |ui: &mut Ui, name: &str, side: &mut u32| {
+            // What is there stays as it is until it is changed here.
+            let drag =
+                egui::DragValue::new(side).range(LEAST_SIDE_PX..=GREATEST_SIDE_PX).clamp_existing_to_range(false);
+            let drag = ui.add(drag.suffix(" px").update_while_editing(false));
+            is_typed |= drag.changed();
+            drag.accessible_name(name).on_hover_text(name.to_owned());
+        };
+        ui.add_space(NAME_WIDTH + ui.spacing().item_spacing.x);
+        side(ui, "Picture width", &mut width);
+        ui.label("x");
+        side(ui, "Picture height", &mut height);
+    });
+    match offered.get(chosen).filter(|_| chosen != before) {
+        Some((_, size)) => Some(*size),
+        None if chosen != before || is_typed => Some(PictureSize::Pixels(width, height)),
+        None => None,
     }
 }
 

@@ -13,6 +13,12 @@ pub fn difference_row(ui: &mut Ui, id: PaneId, difference: &mut Difference, othe
     let list = combo(ui, &format!("kind {id}"), &mut kind, &names, 84.0);
     list.accessible_name(format!("Kind of difference in pane {id}"));
     difference.kind = DifferenceKind::ALL[kind].0;
+    let gains: Vec<String> = (0..=Difference::GREATEST_GAIN_LOG2).map(|log2| format!("{}x", 1_u32 << log2)).collect();
+    let names: Vec<&str> = gains.iter().map(String::as_str).collect();
+    let mut gain = usize::from(difference.gain_log2);
+    let list = combo(ui, &format!("gain {id}"), &mut gain, &names, 52.0);
+    list.accessible_name(format!("Gain of the difference in pane {id}")).on_hover_text("Stretches the colour scale");
+    difference.gain_log2 = gain.min(names.len() - 1) as u8;
     ui.weak("from");
     let names: Vec<&str> = others.iter().map(|(_, name)| name.as_str()).collect();
     let mut other = others.iter().position(|(o, _)| *o == difference.against).unwrap_or(others.len());

@@ -5,6 +5,7 @@
 
 use super::panels::FocusSettings;
 use super::panes::PaneTree;
+use super::size::PictureSize;
 use crate::camera::Camera;
 use crate::combine;
 use crate::display::Display;
@@ -35,6 +36,8 @@ pub struct Document {
     pub camera: Option<Camera>,
     /// Distance from the camera of the point it orbits, metres.
     pub pivot_m: f64,
+    /// How large the picture of one eye is.
+    pub size: PictureSize,
     /// The lens.
     pub lens: Lens,
     /// What decides where it is focused.
@@ -68,7 +71,9 @@ pub struct Document {
     pub channel: combine::Channel,
     /// |c| up to which a point counts as sharp, px.
     pub acceptable_coc_px: f32,
-    /// |c| at the ends of the CoC's colour map, px.
+    /// Whether the CoC's colour map reaches as far as the picture's CoC does.
+    pub coc_scale_fits: bool,
+    /// |c| at the ends of the CoC's colour map where that is fixed, px.
     pub coc_scale_px: f32,
     /// Margin drawn around the picture so that blur can come in from outside, px.
     pub overscan_px: u32,
@@ -82,6 +87,7 @@ impl Default for Document {
             camera_index: 0,
             camera: None,
             pivot_m: 1.0,
+            size: PictureSize::default(),
             lens: Lens::PINHOLE,
             focus: FocusSettings::default(),
             stereo: None,
@@ -97,6 +103,7 @@ impl Default for Document {
             display: Display::default(),
             channel: combine::Channel::All,
             acceptable_coc_px: 2.0,
+            coc_scale_fits: true,
             coc_scale_px: 32.0,
             overscan_px: 32,
         }
@@ -126,6 +133,7 @@ impl Document {
         }
         self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
         self.zoom = self.zoom.repaired();
+        self.size = self.size.repaired();
         self.focus = self.focus.repaired();
         self.stereo = self.stereo.map(Stereo::repaired);
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
@@ -192,6 +200,13 @@ impl Document {
     /// The pane that shows the truth, if one does: the first with the method `accumulation`.
     pub fn reference(&self) -> Option<PaneId> {
         self.panes.iter().find(|p| p.method.id == "accumulation").map(|p| p.id)
+    }
+
+    /// What figures are taken against: the reference of a pane, or the one that converges
+    /// unseen where figures are wanted.
+    pub fn truth(&self) -> Option<MethodChoice> {
+        let shown = self.reference().and_then(|id| self.pane(id)).map(|pane| pane.method.clone());
+        shown.or_else(|| self.measure.then(MethodChoice::reference))
     }
 
     /// Adds a pane, which becomes slot B; `None` where there is no room for one more.
@@ -358,6 +373,16 @@ impl MethodChoice {
             methods::set_param(method.as_mut(), key, text).map_err(|e| e.to_string())?;
         }
         Ok(method)
+    }
+
+    /// Whether a parameter that is a switch, off by default, is on.
+    pub fn is_on(&self, key: &str) -> bool {
+        self.params.get(key).is_some_and(|text| text == "on")
+    }
+
+    /// A parameter that counts something, where it differs from its default.
+    pub fn count(&self, key: &str) -> Option<u32> {
+        self.params.get(key)?.parse().ok()
     }
 
     /// Its name for people; the id where there is no such method.

@@ -57,12 +57,10 @@ impl Eyes {
     /// Brings the right eye's view up to date with that of the left; true if something was
     /// rendered. `request` is the left eye's.
     pub fn update(&mut self, left: &Engine, request: &Request, camera: Camera) -> Result<bool, MethodError> {
-        let Some(source) = left.source() else { return Ok(false) };
-        let right = self.right.get_or_insert_with(|| {
-            let mut engine = Engine::new(left.gpu().clone());
-            engine.set_source(source.clone());
-            engine
-        });
+        if left.source().is_none() {
+            return Ok(false);
+        }
+        let right = self.right.get_or_insert_with(|| left.sibling());
         let mut request = request.clone();
         request.exposure.camera = Some(camera);
         // What differs from the truth is measured for one eye.
@@ -100,10 +98,19 @@ impl App {
         self.document.stereo.filter(|_| is_scene && self.document.camera.is_some())
     }
 
-    /// Size of the picture that one eye sees, px.
+    /// Size of the picture that one eye sees, px; zero before there is anything to see.
     pub(super) fn eye_size_px(&self) -> UVec2 {
-        let size = self.viewport.size_px();
-        self.stereo().map_or(size, |stereo| stereo.layout.eye_size(size))
+        let Some(source) = self.engine.source() else { return UVec2::ZERO };
+        // Side by side, two pictures share the window's room.
+        let window = self.viewport.window_px();
+        let window = self.stereo().map_or(window, |stereo| stereo.layout.eye_size(window));
+        self.document.size.resolved(source.source(), self.document.camera_index, window)
+    }
+
+    /// Size of what a pane shows, px: of one eye's picture, or of two beside each other.
+    pub(super) fn whole_size_px(&self) -> UVec2 {
+        let eye = self.eye_size_px();
+        self.stereo().map_or(eye, |stereo| stereo.layout.whole_size(eye))
     }
 
     /// Where a point of the picture lies in the picture of the eye that sees it there, and

@@ -3,7 +3,7 @@
 use super::App;
 use super::document::{DifferenceKind, PaneId, Show};
 use super::engine::Reading;
-use super::widgets::significant;
+use super::numbers::significant;
 use crate::methods::{Quantity, Scale};
 use crate::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 
@@ -24,8 +24,17 @@ pub struct Legend {
 /// Whole numbers that have a name each; more of them are shown as a scale.
 const MOST_NAMES: f32 = 16.0;
 
-/// The legend of what a pane shows; `None` for a picture.
+/// The legend of what a pane shows; `None` for a picture. It says so where that is of an
+/// earlier picture than the one asked for.
 pub fn of(app: &App, id: PaneId) -> Option<Legend> {
+    let mut legend = of_show(app, id)?;
+    if app.engine().pane(id).is_some_and(|pane| !pane.is_shown_complete()) {
+        legend.title += ", of the picture before";
+    }
+    Some(legend)
+}
+
+fn of_show(app: &App, id: PaneId) -> Option<Legend> {
     let document = app.document();
     let legend = |map, title: &str, low: String, high: String| {
         Some(Legend { map, title: title.into(), low, high, names: Vec::new() })
@@ -33,7 +42,7 @@ pub fn of(app: &App, id: PaneId) -> Option<Legend> {
     match &document.pane(id)?.show {
         Show::Picture => None,
         Show::Coc => {
-            let px = significant(f64::from(document.coc_scale_px));
+            let px = significant(f64::from(app.viewport.coc_scale_px));
             legend(Map::Diverging, "Signed CoC", format!("−{px} px, in front"), format!("{px} px, behind"))
         }
         Show::Depth => legend(Map::Sequential, "Reciprocal depth", "∞".into(), "nearest".into()),
@@ -42,7 +51,8 @@ pub fn of(app: &App, id: PaneId) -> Option<Legend> {
             legend(Map::Diverging, "Depth of field", "in front".into(), format!("behind · colours: CoC ≤ {px} px"))
         }
         Show::Difference(difference) => {
-            let percent = |v: f32| format!("{} %", v * 100.0);
+            let gain = difference.gain();
+            let percent = |v: f32| format!("{} %", significant(f64::from(v * 100.0 / gain)));
             let full = percent(DIFFERENCE_FULL_SCALE);
             match difference.kind {
                 DifferenceKind::Absolute => {
@@ -57,7 +67,10 @@ pub fn of(app: &App, id: PaneId) -> Option<Legend> {
                     "0".into(),
                     format!("{} and more", percent(RELATIVE_FULL_SCALE)),
                 ),
-                DifferenceKind::Flip => legend(Map::Error, "FLIP", "0".into(), "1".into()),
+                DifferenceKind::Flip => {
+                    let more = if gain > 1.0 { " and more" } else { "" };
+                    legend(Map::Error, "FLIP", "0".into(), format!("{}{more}", significant(f64::from(1.0 / gain))))
+                }
             }
         }
         Show::Inside(_) => Some(of_reading(app.engine().pane(id)?.reading()?)),

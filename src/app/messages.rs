@@ -22,7 +22,7 @@ pub struct Messages {
 
 impl Default for Messages {
     fn default() -> Self {
-        let toasts = Toasts::default().with_anchor(Anchor::BottomRight).with_margin(egui::vec2(16.0, 44.0));
+        let toasts = Toasts::default().with_anchor(Anchor::BottomLeft).with_margin(egui::vec2(16.0, 56.0));
         Self { toasts, last: None, later: None }
     }
 }

@@ -37,9 +37,11 @@ mod focusing;
 mod help;
 mod inspecting;
 mod legend;
+mod limits;
 mod loading;
 mod messages;
 mod navigation;
+mod numbers;
 mod paint;
 mod palette;
 pub mod panels;
@@ -50,6 +52,7 @@ mod saving;
 mod screenshot;
 mod shaders;
 mod show;
+mod size;
 mod state;
 mod style;
 mod tasks;
@@ -64,11 +67,15 @@ pub use document::{
     Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MAX_PANES, MethodChoice, PaneId, PaneState,
     REFERENCE_SAMPLES, Show, Zoom,
 };
-pub use engine::{DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Judged, Pane, Reading, Request};
+pub use engine::{
+    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Identity, Measured, Pairing, Pane, Reading, Request,
+    Tempo, Verdict, Wake,
+};
 pub use panes::PaneTree;
 pub use preferences::{Navigation, Preferences, Theme};
 pub use saving::PictureKind;
-pub use state::{StateError, command_line, left_out, read as read_state, write as write_state};
+pub use size::PictureSize;
+pub use state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use style::apply as apply_style;
 pub use timing::{History, Quantiles};
 
@@ -104,6 +111,8 @@ pub struct AppOptions {
     /// The folder whose shaders are read again on save; that of the program's source
     /// without it.
     pub shaders: Option<PathBuf>,
+    /// How pictures and interface share time.
+    pub tempo: Tempo,
 }
 
 /// Keys under which the window's storage holds what is kept.
@@ -144,6 +153,7 @@ pub struct App {
     dialogs: dialogs::Dialogs,
     palette: palette::Palette,
     tasks: Vec<tasks::Task>,
+    wanted_truths: Vec<saving::WantedTruth>,
     messages: messages::Messages,
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
@@ -244,10 +254,12 @@ impl App {
             None => {}
         }
         let settings = undoer::Settings { stable_time: UNDO_REST_S, ..Default::default() };
+        let mut engine = Engine::new(Gpu::from_device(&adapter.get_info(), device, queue));
+        engine.set_tempo(options.tempo);
         Self {
             document,
             preferences: options.preferences.unwrap_or_default(),
-            engine: Engine::new(Gpu::from_device(&adapter.get_info(), device, queue)),
+            engine,
             render_state: render_state.clone(),
             textures: BTreeMap::new(),
             retired: Vec::new(),
@@ -261,9 +273,12 @@ impl App {
             loaded: None,
             watched: Default::default(),
             reload: shaders::Reload::of(options.shaders),
-            dialogs: dialogs::Dialogs::in_folder(options.folder.unwrap_or_default()),
+            dialogs: dialogs::Dialogs::in_folder(
+                options.folder.or_else(|| std::env::current_dir().ok()).unwrap_or_default(),
+            ),
             palette: Default::default(),
             tasks: Vec::new(),
+            wanted_truths: Vec::new(),
             messages,
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
@@ -317,6 +332,11 @@ impl App {
         self.engine.view()
     }
 
+    /// |c| at the ends of the CoC's colour map, px.
+    pub fn coc_scale_px(&self) -> f32 {
+        self.viewport.coc_scale_px
+    }
+
     /// Size of what a pane shows, px.
     pub fn shown_size(&self, pane: PaneId) -> Option<glam::UVec2> {
         self.shown(pane).map(Texture::size)
@@ -345,6 +365,8 @@ impl App {
         self.controls(ui);
         CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
         self.update_pictures(ui);
+        self.hand_out_truths();
+        self.show_feet(ui);
         self.show_help(&ctx);
         self.show_palette(&ctx);
         if let Some(answer) = self.dialogs.show(&ctx) {
@@ -358,6 +380,10 @@ impl App {
 
     /// What arrived since the last frame: files, answers, complaints, a new theme.
     fn take_in(&mut self, ctx: &egui::Context) {
+        if !self.started {
+            let ctx = ctx.clone();
+            self.engine.set_wake(Wake::with(move || ctx.request_repaint()));
+        }
         self.started = true;
         let dropped = ctx.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
         if let Some(file) = dropped {
@@ -395,14 +421,29 @@ impl App {
 
     /// Focus, and the rest of the lens where it is automatic, as the source asks for it.
     fn refocus(&mut self) {
-        let size = Some(self.eye_size_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
-        let Ok(lens) = self.engine.default_lens(self.document.camera, size) else { return };
+        let Some(lens) = self.suitable_lens() else { return };
         self.focus_motion.stop();
         self.document.pivot_m = lens.focus_distance_m;
         self.document.lens.focus_distance_m = lens.focus_distance_m;
         if self.document.automatic_lens {
             let aperture = self.document.lens.aperture.clone();
             self.document.lens = crate::lens::Lens { aperture, ..lens };
+        }
+    }
+
+    /// A lens that suits what is shown.
+    fn suitable_lens(&mut self) -> Option<crate::lens::Lens> {
+        let size = Some(self.eye_size_px()).filter(|s| s.min_element() > 0).unwrap_or(DEFAULT_SIZE);
+        self.engine.default_lens(self.document.camera, size).ok()
+    }
+
+    /// Gives the picture another size. A lens that follows the scene follows it in this too:
+    /// its display spans the camera's field of view also then.
+    pub(super) fn resize_picture(&mut self, size: PictureSize) {
+        self.document.size = size.repaired();
+        if let (true, Some(lens)) = (self.document.automatic_lens, self.suitable_lens()) {
+            let crate::lens::Lens { aperture, focus_distance_m, .. } = self.document.lens.clone();
+            self.document.lens = crate::lens::Lens { aperture, focus_distance_m, ..lens };
         }
     }
 
@@ -489,7 +530,11 @@ impl App {
         }
         for pane in &self.document.panes {
             let Some(shown) = self.shown(pane.id).cloned() else { continue };
-            let filter = self.viewport.filter();
+            // What is drawn smaller for the sake of speed is smooth.
+            let filter = match self.engine.pane(pane.id).is_some_and(|pane| pane.divisor() > 1) {
+                true => wgpu::FilterMode::Linear,
+                false => self.viewport.filter(),
+            };
             match self.textures.get_mut(&pane.id) {
                 Some(known) if known.texture.same(&shown) && known.filter == filter => {}
                 Some(known) if known.texture.size() == shown.size() => {

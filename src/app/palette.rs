@@ -4,6 +4,9 @@ use super::App;
 use super::actions::Command;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
 
+/// Height of the list, points.
+const HEIGHT: f32 = 320.0;
+
 /// The palette's own state.
 #[derive(Default)]
 pub struct Palette {
@@ -81,10 +84,12 @@ impl Palette {
         }
         if commands.is_empty() {
             ui.weak("Nothing is called so.");
+            // As high as with a list: what shrank would stay small.
+            ui.allocate_space(egui::vec2(0.0, HEIGHT));
             return None;
         }
         let mut done = entered.then_some(self.chosen.min(last));
-        ScrollArea::vertical().max_height(320.0).auto_shrink([false, true]).show(ui, |ui| {
+        ScrollArea::vertical().max_height(HEIGHT).min_scrolled_height(HEIGHT).auto_shrink(false).show(ui, |ui| {
             for (index, command) in commands.iter().enumerate() {
                 let keys = command.keys.map(|keys| ui.ctx().format_shortcut(&keys)).unwrap_or_default();
                 let entry = egui::Button::selectable(index == self.chosen, command.name.as_str())

@@ -2,7 +2,10 @@
 
 use super::details::{Exposed, difference_row, inside_row};
 use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
-use super::widgets::{combo, significant};
+use super::engine::{Figures, Measured, Verdict};
+use super::limits::aperture_limit;
+use super::numbers::significant;
+use super::widgets::combo;
 use super::{App, actions::Action, style};
 use crate::gpu::Texture;
 use crate::methods;
@@ -93,6 +96,7 @@ impl App {
     /// All panes in the area that is left.
     pub(super) fn show_panes(&mut self, ui: &mut Ui) {
         self.viewport.areas.clear();
+        self.viewport.feet.clear();
         let a = self.document.a;
         match self.document.arrangement {
             Arrangement::Wipe if self.document.is_wiping() => {
@@ -142,8 +146,7 @@ impl App {
                 row_ui(ui, row, ("details", *id), |ui| self.details(ui, *id));
             }
             let foot = part(egui::Rangef::new(area.bottom(), whole.bottom()));
-            ui.painter().rect_filled(foot, CornerRadius::ZERO, ui.visuals().panel_fill);
-            row_ui(ui, foot, ("foot", *id), |ui| self.foot(ui, *id));
+            self.viewport.feet.push((*id, foot));
         }
         self.picture(ui, area, ids);
         dragged
@@ -272,6 +275,15 @@ impl App {
         }
     }
 
+    /// The feet of all panes: what they say is about the pictures that were made in this
+    /// frame, so that they come after those.
+    pub(super) fn show_feet(&mut self, ui: &mut Ui) {
+        for (id, foot) in std::mem::take(&mut self.viewport.feet) {
+            ui.painter().rect_filled(foot, CornerRadius::ZERO, ui.visuals().panel_fill);
+            row_ui(ui, foot, ("foot", id), |ui| self.foot(ui, id));
+        }
+    }
+
     /// Differences from the truth on the left, time on the right.
     fn foot(&self, ui: &mut Ui, id: PaneId) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
@@ -284,42 +296,44 @@ impl App {
                 };
                 ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small()).on_hover_text(help);
             }
+            if let Some(scale) = self.magnification(id, ui.ctx().pixels_per_point()) {
+                let help = "Pixels of the display for one of the picture; Z toggles between all of it and 100 %";
+                let text = RichText::new(format!("{} %", significant(f64::from(100.0 * scale)))).small();
+                ui.label(text).on_hover_text(help);
+            }
+            let method = self.document.pane(id).map(|pane| &pane.method);
+            if let Some(limit) = method.and_then(|method| aperture_limit(method, &self.document.lens.aperture)) {
+                ui.label(RichText::new("round aperture").small().color(ui.visuals().warn_fg_color))
+                    .on_hover_text(limit);
+            }
+            if let Some(divisor) = pane.map(|p| p.divisor()).filter(|divisor| *divisor > 1) {
+                let follows = pane.is_some_and(|p| p.is_drawn_beside());
+                let text = format!("drawn at 1/{divisor}{}", if follows { ", the whole follows" } else { "" });
+                let help = "The full picture takes longer than the interface can wait: it is drawn beside it once nothing moves";
+                ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color)).on_hover_text(help);
+            }
             if self.engine.is_behind(id) {
                 ui.label(RichText::new("updates slower").small().color(ui.visuals().warn_fg_color))
                     .on_hover_text("A frame of all panes takes longer than the display's interval: the pane under the pointer comes first");
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let (text, help) = self.figures_text(id);
-                ui.add(Label::new(RichText::new(text).small()).truncate()).on_hover_text(help);
+                let FootText { text, help, is_current } = self.figures_text(id);
+                let text = RichText::new(text).small();
+                let text = if is_current { text } else { text.weak() };
+                ui.add(Label::new(text).truncate()).on_hover_text(help);
             });
         });
     }
 
-    fn figures_text(&self, id: PaneId) -> (String, String) {
-        let Some(pane) = self.engine.pane(id) else { return Default::default() };
-        if let Some((count, samples)) = pane.progress() {
+    fn figures_text(&self, id: PaneId) -> FootText {
+        let progress = self.engine.pane(id).and_then(|pane| pane.progress());
+        if self.engine.reference() == Some(id) {
+            let points = progress.map_or_else(String::new, |(count, of)| format!(" · {count} of {of} lens points"));
             let help = "The reference: the mean of this many views over the lens.";
-            return (format!("reference · {count} of {samples} lens points"), help.into());
+            return FootText::current(format!("reference{points}"), help);
         }
-        match pane.figures().last() {
-            None if self.document.reference().is_none() && !self.document.measure => (
-                "no reference".into(),
-                "Press Figures to measure, or give a pane the method Accumulation buffer".into(),
-            ),
-            None => ("measuring …".into(), "As soon as the picture rests".into()),
-            Some(Err(problem)) => (problem.clone(), problem.clone()),
-            Some(Ok(figures)) => {
-                let psnr = match figures.psnr_db {
-                    Some(db) => format!("{db:.1} dB"),
-                    None => "identical".into(),
-                };
-                let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
-                let samples = figures.samples.map_or_else(String::new, |n| format!(" · at {n} points"));
-                let help =
-                    "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
-                (format!("{psnr}{ssim} · FLIP {:.3}{samples}", figures.flip), help.into())
-            }
-        }
+        let goal = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
+        foot_text(&self.engine.verdict(id), goal.map(|(_, samples)| samples))
     }
 
     fn pane_menu(&mut self, ui: &mut Ui, id: PaneId) {
@@ -337,6 +351,56 @@ impl App {
         entry(ui, "Use as pane B", Action::ChooseB(id));
         entry(ui, "Default parameters", Action::ResetParams(id));
     }
+}
+
+/// What a foot says of figures.
+struct FootText {
+    text: String,
+    help: String,
+    /// Whether it is about what is shown.
+    is_current: bool,
+}
+
+impl FootText {
+    fn current(text: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { text: text.into(), help: help.into(), is_current: true }
+    }
+}
+
+/// A verdict in words. `goal`: lens points that the truth will have.
+fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
+    let help = "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
+    match verdict {
+        Verdict::Unasked => {
+            FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
+        }
+        Verdict::Pending => FootText::current("measuring …", "As soon as the picture rests"),
+        Verdict::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
+        Verdict::Current(Measured { result: Ok(figures), of }) => {
+            let points = match (of.truth.samples, goal) {
+                (Some(n), Some(goal)) if n < goal => format!(" · at {n} of {goal} points"),
+                (Some(n), _) => format!(" · at {n} points"),
+                (None, _) => String::new(),
+            };
+            FootText::current(figures_in_words(figures) + &points, help)
+        }
+        Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
+        Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
+            text: format!("before ({}): {}", departures.join(", "), figures_in_words(figures)),
+            help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
+                .into(),
+            is_current: false,
+        },
+    }
+}
+
+fn figures_in_words(figures: &Figures) -> String {
+    let psnr = match figures.psnr_db {
+        Some(db) => format!("{db:.1} dB"),
+        None => "identical".into(),
+    };
+    let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
+    format!("{psnr}{ssim} · FLIP {:.3}", figures.flip)
 }
 
 fn has_details(show: &Show) -> bool {

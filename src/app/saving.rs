@@ -1,14 +1,17 @@
 //! Keeping pictures and comparisons: written beside the interface, which goes on.
 
 use super::document::PaneId;
+use super::report::{self, AwaitedTruth, ReportOrder};
 use super::tasks::Task;
-use super::{App, Engine, report};
+use super::{App, Engine, Identity};
 use crate::gpu::download_rgba8;
 use crate::image::{ColorImage, DepthImage};
 use crate::image_io::{self, ImageError};
+use crate::study::Truth;
 use eframe::egui::{self, Context};
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+use std::sync::{Arc, Mutex};
 
 /// What is told where a picture is wanted of a device that is lost.
 const GONE: &str = "the picture went with the graphics device; save the state and start the program again";
@@ -43,6 +46,13 @@ type Write = Box<dyn FnOnce() -> Result<(), ImageError> + Send>;
 
 /// Linear colours with their depths, where these have the same size.
 type Linear = (Arc<ColorImage>, Option<Arc<DepthImage>>);
+
+/// A reference that a report waits for.
+pub struct WantedTruth {
+    of: Identity,
+    sender: Sender<Truth>,
+    progress: Arc<Mutex<(u32, u32)>>,
+}
 
 impl App {
     /// Saves a pane's picture.
@@ -114,11 +124,51 @@ impl App {
             return self.messages.error(ctx, "this comparison is being made already: wait for it or cancel it");
         }
         let Some(source) = self.engine.source().cloned() else { return };
-        let (document, size) = (self.document.clone(), self.viewport.size_px());
+        let order = ReportOrder {
+            source: source.source().clone(),
+            options: source.options(),
+            adapter: self.engine.gpu().adapter().name.clone(),
+            shaders: self.engine.shaders().clone(),
+            document: self.document.clone(),
+            size: self.eye_size_px(),
+            truth: self.await_truth(),
+            activity: self.engine.activity(),
+            file,
+        };
         self.tasks.push(Task::start(name, ctx, move |progress| {
-            let gpu = source.gpu().clone();
-            report::write(&gpu, &source, &document, size, &file, progress).map(|()| format!("Saved {}", file.display()))
+            let saved = format!("Saved {}", order.file.display());
+            report::write(order, progress).map(|()| saved)
         }));
+    }
+
+    /// The window's own reference for a report, which is not drawn a second time; none where
+    /// there is none, and of two eyes, whose middle no reference shows.
+    fn await_truth(&mut self) -> Option<AwaitedTruth> {
+        let of = self.engine.wanted_truth().filter(|_| self.stereo().is_none())?;
+        let (sender, arrives) = channel();
+        let progress = Arc::<Mutex<(u32, u32)>>::default();
+        self.wanted_truths.push(WantedTruth { of, sender, progress: progress.clone() });
+        Some(AwaitedTruth { arrives, progress })
+    }
+
+    /// Hands the reference to the reports that wait for it, once it has converged; those that
+    /// wait for one which the window does not show any more draw their own.
+    pub(super) fn hand_out_truths(&mut self) {
+        let engine = &self.engine;
+        self.wanted_truths.retain(|wanted| match engine.truth(&wanted.of) {
+            Some(Ok(truth)) => {
+                // Nobody waits any more where the report was cancelled.
+                let _ = wanted.sender.send(truth);
+                false
+            }
+            Some(Err(now)) => {
+                if let Ok(mut progress) = wanted.progress.lock() {
+                    *progress = now;
+                }
+                true
+            }
+            None => false,
+        });
     }
 }
 

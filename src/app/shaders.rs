@@ -57,13 +57,13 @@ impl Reload {
 
     /// Replaces what was saved since the last call: names of the replaced shaders, and
     /// why others were not.
-    pub fn replace_saved(&mut self, gpu: &Gpu) -> Vec<Result<String, String>> {
+    pub fn replace_saved(&mut self, gpu: &Gpu) -> Vec<Result<(String, String), String>> {
         let saved = self.watched.take();
         saved.iter().map(|file| self.replace(gpu, &name_of(&self.folder, file), file)).collect()
     }
 
     /// Replaces one shader by what a file holds.
-    fn replace(&mut self, gpu: &Gpu, name: &str, file: &Path) -> Result<String, String> {
+    fn replace(&mut self, gpu: &Gpu, name: &str, file: &Path) -> Result<(String, String), String> {
         if name.starts_with("lib/") {
             return Err(format!("{name} is part of several shaders: save those that import it after a new build"));
         }
@@ -73,7 +73,7 @@ impl Reload {
             module.check_stands_in_for(known).map_err(|e| e.to_string())?;
         }
         gpu.replace_shader(name, &source).map_err(|e| e.to_string())?;
-        Ok(name.to_owned())
+        Ok((name.to_owned(), source))
     }
 }
 
@@ -107,8 +107,11 @@ impl App {
         }
         for outcome in self.reload.replace_saved(self.engine.gpu()) {
             match outcome {
-                Ok(name) => {
-                    self.engine.forget_pictures();
+                Ok((name, source)) => {
+                    self.engine.take_shader(&name, &source);
+                    if let Some(right) = self.eyes.right() {
+                        right.take_shader(&name, &source);
+                    }
                     self.messages.note(ctx, &format!("Shader {name} was read again."));
                 }
                 Err(error) => self.messages.error(ctx, &error),

@@ -45,7 +45,7 @@ impl Show {
             1 => Self::Coc,
             2 => Self::Depth,
             3 => Self::Zone,
-            4 => Self::Difference(Difference { against: other?, kind: DifferenceKind::Absolute }),
+            4 => Self::Difference(Difference::new(other?, DifferenceKind::Absolute)),
             5 => Self::Inside(Inside::default()),
             _ => Self::Picture,
         })
@@ -67,9 +67,28 @@ pub struct Difference {
     pub against: PaneId,
     /// Which difference.
     pub kind: DifferenceKind,
+    /// How much the colour scale is stretched, as a power of two.
+    #[serde(default)]
+    pub gain_log2: u8,
 }
 
-/// Ways to look at a difference, each with one fixed colour scale.
+impl Difference {
+    /// Greatest power of two by which the scale is stretched: 0.4 % of white then reach its
+    /// end, one step of an 8-bit display.
+    pub const GREATEST_GAIN_LOG2: u8 = 6;
+
+    /// A difference on its whole scale.
+    pub fn new(against: PaneId, kind: DifferenceKind) -> Self {
+        Self { against, kind, gain_log2: 0 }
+    }
+
+    /// How much the colour scale is stretched.
+    pub fn gain(&self) -> f32 {
+        f32::from(self.gain_log2.min(Self::GREATEST_GAIN_LOG2)).exp2()
+    }
+}
+
+/// Ways to look at a difference, each with one fixed colour scale, which can be stretched.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub enum DifferenceKind {
     /// |a - b| of the display values, the greatest channel.
@@ -111,7 +130,8 @@ impl Inside {
         let mut overlays: Vec<(&'static str, Self)> = Vec::new();
         for texture in method.explains() {
             for (quantity, channel) in meaning(method.as_ref(), texture).quantities().iter().zip(channels()) {
-                if overlays.iter().all(|(name, _)| *name != quantity.name) {
+                // The circle of confusion is shown of every method, under its own name.
+                if quantity.name != "CoC" && overlays.iter().all(|(name, _)| *name != quantity.name) {
                     let inside = Self { name: (*texture).to_owned(), channel, ..Self::default() };
                     overlays.push((quantity.name, inside));
                 }

@@ -1,7 +1,8 @@
 //! The state as a file that reopens exactly, and as a command line.
 
-use super::document::{Document, PaneState};
+use super::document::{Document, MethodChoice, PaneState};
 use crate::image_io::write_atomically;
+use crate::methods;
 use crate::scene::rgbd::DepthKind;
 use crate::study::DepthArgs;
 use glam::UVec2;
@@ -90,12 +91,14 @@ pub fn write(file: &Path, document: &Document) -> Result<(), StateError> {
     write_atomically(file, |out| writeln!(out, "{text}")).map_err(|e| failed(e.to_string()))
 }
 
-/// The command that makes the picture of `document`, `size` px large: `defocus render` for
-/// one pane, `defocus compare` for several.
+/// The command that makes what `document` shows, its picture `size` px large for one eye:
+/// `defocus render` for one method alone, `defocus compare` for several, or for one beside
+/// the reference.
 pub fn command_line(document: &Document, size: UVec2) -> String {
-    let mut words: Vec<String> = vec!["defocus".into()];
     let methods: Vec<&PaneState> = distinct(document);
-    words.push(if methods.len() > 1 { "compare" } else { "render" }.into());
+    let compares = compares(document, &methods);
+    let mut words: Vec<String> = vec!["defocus".into()];
+    words.push(if compares { "compare" } else { "render" }.into());
     words.push(document.scene.clone());
     depth_words(&document.depth, &mut words);
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
@@ -107,7 +110,11 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     option("--dpi", lens.density_px_per_mm.to_string());
     option("--focus", lens.focus_distance_m.to_string());
     option("--aperture", lens.aperture.to_string());
-    option("--size", format!("{}x{}", size.x, size.y));
+    // An image with depth, which has no camera, is seen with one eye; so is a comparison.
+    let two = document.stereo.filter(|_| document.camera.is_some() && !compares);
+    // The command line's size is that of the picture, which may hold both eyes'.
+    let whole = two.map_or(size, |stereo| stereo.layout.whole_size(size));
+    option("--size", format!("{}x{}", whole.x, whole.y));
     if let Some(camera) = &document.camera {
         let (p, q) = (camera.position, camera.orientation);
         option("--pose", format!("{},{},{},{},{},{},{}", p.x, p.y, p.z, q.x, q.y, q.z, q.w));
@@ -120,38 +127,81 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
             option("--camera", document.camera_index.to_string());
         }
     }
-    // An image with depth, which has no camera, is seen with one eye.
-    if let (Some(stereo), Some(_), [_]) = (document.stereo, &document.camera, &methods[..]) {
+    if let Some(stereo) = two {
         option("--stereo", stereo.layout.id().into());
         option("--ipd-mm", stereo.ipd_mm.to_string());
         option("--stereo-window", stereo.window_m.to_string());
     }
     let ids: Vec<&str> = methods.iter().map(|p| p.method.id.as_str()).collect();
-    option(if methods.len() > 1 { "--methods" } else { "--method" }, ids.join(","));
+    option(if compares { "--methods" } else { "--method" }, ids.join(","));
     for pane in &methods {
         for (key, value) in &pane.method.params {
             option("--set", format!("{}.{key}={value}", pane.method.id));
         }
     }
+    if let (true, Some(truth)) = (compares, document.truth()) {
+        option("--samples", truth.count("samples").unwrap_or(default_samples()).to_string());
+        if truth.is_on(BY_VIEW) {
+            // It turns every method's on that has it: those whose is off say so.
+            let is_off = |pane: &&&PaneState| !pane.method.is_on(BY_VIEW) && has_param(&pane.method, BY_VIEW);
+            for pane in methods.iter().filter(is_off).filter(|pane| !pane.method.params.contains_key(BY_VIEW)) {
+                option("--set", format!("{}.{BY_VIEW}=off", pane.method.id));
+            }
+            words.push("--view-dependent".into());
+        }
+    }
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     if document.display.exposure_ev != 0.0 {
         option("--exposure", document.display.exposure_ev.to_string());
     }
     if document.display.tone_map != Default::default() {
         option("--tonemap", document.display.tone_map.to_string());
     }
-    option("-o", if methods.len() > 1 { "out".into() } else { "out.png".into() });
+    option("-o", if compares { "out".into() } else { "out.png".into() });
     words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// [`command_line`] with a line of comment that says what it leaves out, if it does.
+pub fn command_text(document: &Document, size: UVec2) -> String {
+    let line = command_line(document, size);
+    match left_out(document).join(", ") {
+        missing if missing.is_empty() => line,
+        missing => format!("{line}\n# left out: {missing}"),
+    }
+}
+
+/// The parameter that has shading look from each point of the lens.
+const BY_VIEW: &str = "view_dependent";
+
+fn has_param(choice: &MethodChoice, key: &str) -> bool {
+    methods::by_id(&choice.id).is_ok_and(|mut method| method.params().iter().any(|param| param.key == key))
+}
+
+/// Lens points of the reference as it is by default.
+fn default_samples() -> u32 {
+    methods::Accumulation::default().samples
+}
+
+/// Whether the command is that of a comparison.
+fn compares(document: &Document, methods: &[&PaneState]) -> bool {
+    let is_scene = document.camera.is_some();
+    let is_measured = document.truth().is_some() && methods.iter().all(|pane| Some(pane.id) != document.reference());
+    methods.len() > 1 || (is_scene && is_measured)
 }
 
 /// What [`command_line`] has no words for, in words.
 pub fn left_out(document: &Document) -> Vec<&'static str> {
+    let methods = distinct(document);
     let reference = |p: &&PaneState| p.method.id == "accumulation" && document.panes.len() > 1;
     let shown = document.panes.iter().filter(|p| !reference(p)).count();
+    let references = document.panes.iter().filter(|p| p.method.id == "accumulation").count();
     let whole = [
-        (document.stereo.is_some() && distinct(document).len() > 1, "the right eye"),
+        (document.stereo.is_some() && document.camera.is_some() && compares(document, &methods), "the right eye"),
         (document.panes.iter().any(|p| p.show != super::Show::Picture), "overlays and differences"),
         (document.channel != Default::default(), "the choice of a channel"),
-        (distinct(document).len() < shown, "further panes of one method"),
+        (methods.len() < shown, "further panes of one method"),
+        (references > 1 && document.panes.len() > 1, "further references"),
+        (references > 0 && document.camera.is_none() && methods.len() < document.panes.len(), "the reference"),
     ];
     whole.into_iter().filter(|(is_left_out, _)| *is_left_out).map(|(_, what)| what).collect()
 }

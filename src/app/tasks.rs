@@ -52,10 +52,13 @@ impl Task {
         let (done, stop) = (Arc::<Mutex<Done>>::default(), Arc::<AtomicBool>::default());
         let (told, asked, ctx) = (done.clone(), stop.clone(), ctx.clone());
         std::thread::spawn(move || {
+            let waker = ctx.clone();
             let mut progress = |step: Step<'_>| {
                 if let Ok(mut done) = told.lock() {
                     *done = Done { what: step.what.to_owned(), share: step.done as f32 / step.of.max(1) as f32 };
                 }
+                // A frame for each step and none between: what is timed is not disturbed.
+                waker.request_repaint();
                 if asked.load(Ordering::Relaxed) { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
             };
             // Nobody listens any more where the window was closed meanwhile.
@@ -82,8 +85,8 @@ impl Task {
             }
             Err(TryRecvError::Empty) => {}
         }
-        ctx.request_repaint_after(Duration::from_millis(100));
-        if self.since.elapsed() < SPOKEN_OF_AFTER {
+        if let Some(wait) = SPOKEN_OF_AFTER.checked_sub(self.since.elapsed()) {
+            ctx.request_repaint_after(wait);
             return None;
         }
         let done = self.done.lock().map(|done| done.clone()).unwrap_or_default();

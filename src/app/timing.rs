@@ -100,6 +100,36 @@ impl History {
     }
 }
 
+/// Times of passes that were taken one by one, the costliest first; `None` while they are
+/// taken.
+pub fn show_passes(ui: &mut egui::Ui, times: Option<&Result<Vec<PassTime>, String>>) {
+    let passes = match times {
+        None => {
+            ui.weak("being timed …");
+            return;
+        }
+        Some(Err(error)) => {
+            ui.colored_label(ui.visuals().error_fg_color, error);
+            return;
+        }
+        Some(Ok(passes)) => passes,
+    };
+    let all: f64 = passes.iter().map(|pass| pass.ms).sum();
+    let mut sorted: Vec<&PassTime> = passes.iter().collect();
+    sorted.sort_by(|a, b| b.ms.total_cmp(&a.ms));
+    egui::Grid::new("timed passes").num_columns(3).striped(true).spacing([8.0, 3.0]).show(ui, |ui| {
+        let mut row = |label: &str, ms: f64| {
+            ui.add(egui::Label::new(label).truncate());
+            ui.label(egui::RichText::new(format!("{ms:.2} ms")).monospace());
+            let share = if all > 0.0 { 100.0 * ms / all } else { 0.0 };
+            ui.label(egui::RichText::new(format!("{share:.0} %")).monospace());
+            ui.end_row();
+        };
+        row("all passes", all);
+        sorted.iter().for_each(|pass| row(&pass.label, pass.ms));
+    });
+}
+
 /// Plot and table.
 pub fn show(ui: &mut egui::Ui, history: &History, skipped: &BTreeMap<String, u64>) {
     if history.frames.is_empty() {

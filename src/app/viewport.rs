@@ -1,8 +1,10 @@
 //! The picture in a pane: navigation, click to focus, magnification, the divider.
 
-use super::document::{Arrangement, Document, PaneId, Zoom};
-use super::engine::Request;
+use super::document::{Arrangement, Document, MethodChoice, PaneId, Zoom};
+use super::engine::{Exposure, Request};
+use super::numbers::round_above;
 use super::preferences::Navigation;
+use super::size::PictureSize;
 use super::{App, navigation, paint};
 use crate::methods::MethodError;
 use eframe::egui::{
@@ -12,10 +14,8 @@ use glam::{DVec2, DVec3, UVec2, dvec2, uvec2};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// A frame that takes longer, ms, makes the camera feel stuck: it is drawn smaller.
-const SLOW_FRAME_MS: f64 = 60.0;
-
-/// How long the camera must rest before a reduced picture is refined, seconds.
+/// How long all that pictures depend on must rest before what was drawn smaller is drawn in
+/// full, seconds.
 const REST_SECONDS: f64 = 0.2;
 
 /// How long mouse and keys must rest before slow steps of a reference go on, seconds: longer
@@ -36,10 +36,12 @@ const SNAP: f32 = 0.03;
 pub struct Viewport {
     /// Where there is room for a pane's picture, points.
     pub(super) areas: BTreeMap<PaneId, Rect>,
+    /// Where the feet of panes go, points, until they are drawn.
+    pub(super) feet: Vec<(PaneId, Rect)>,
     /// Where the whole picture lies in it, points.
     pictures: BTreeMap<PaneId, Rect>,
-    /// Size of the picture that is asked for, px.
-    size_px: UVec2,
+    /// Room that the largest pane has for a picture, px.
+    window_px: UVec2,
     /// Where the pointer is in the picture.
     cursor: Option<DVec2>,
     hovered: Option<PaneId>,
@@ -48,10 +50,12 @@ pub struct Viewport {
     last_input_s: f64,
     /// Whether what is dragged is the divider.
     dividing: bool,
-    /// Time of a frame at full size, ms.
-    full_ms: f64,
-    scale: f64,
+    /// What pictures depended on in the frame before.
+    depended_on: Option<(Exposure, Vec<MethodChoice>)>,
+    is_moving: bool,
     filter: wgpu::FilterMode,
+    /// |c| at the ends of the CoC's colour map, px.
+    pub(super) coc_scale_px: f32,
     /// Whether the hint how to begin is still of use.
     pub(super) hint: bool,
     /// Why the picture is not up to date.
@@ -62,17 +66,19 @@ impl Default for Viewport {
     fn default() -> Self {
         Self {
             areas: BTreeMap::new(),
+            feet: Vec::new(),
             pictures: BTreeMap::new(),
-            size_px: UVec2::ZERO,
+            window_px: UVec2::ZERO,
             cursor: None,
             hovered: None,
             blinking: false,
             last_motion_s: f64::NEG_INFINITY,
             last_input_s: f64::NEG_INFINITY,
             dividing: false,
-            full_ms: 0.0,
-            scale: 1.0,
+            depended_on: None,
+            is_moving: false,
             filter: wgpu::FilterMode::Linear,
+            coc_scale_px: 1.0,
             hint: true,
             problem: None,
         }
@@ -95,9 +101,9 @@ impl Viewport {
         self.hovered
     }
 
-    /// Size of the picture that is asked for, px; zero before the first frame.
-    pub fn size_px(&self) -> UVec2 {
-        self.size_px
+    /// Room that the largest pane has for a picture, px; zero before the first frame.
+    pub fn window_px(&self) -> UVec2 {
+        self.window_px
     }
 
     /// Whether pane B is shown in place of A.
@@ -115,9 +121,9 @@ impl Viewport {
         self.filter
     }
 
-    /// Whether the picture has its full size.
+    /// Whether nothing that pictures depend on was changed just now.
     pub fn is_at_rest(&self) -> bool {
-        self.scale >= 1.0
+        !self.is_moving
     }
 
     /// Why the picture is not up to date.
@@ -125,29 +131,24 @@ impl Viewport {
         self.problem.as_deref()
     }
 
-    fn moved(&mut self, now_s: f64) {
-        self.last_motion_s = now_s;
-    }
-
-    /// How much smaller than the pane to draw while the camera moves.
-    fn choose_scale(&mut self, now_s: f64, last_ms: Option<f64>) {
-        if self.scale >= 1.0 {
-            self.full_ms = last_ms.unwrap_or(0.0);
+    /// Sees whether something changed that pictures depend on: the camera, the lens, a
+    /// parameter, by whatever it is moved.
+    fn watch_motion(&mut self, now_s: f64, request: &Request) {
+        let methods = request.panes.iter().map(|pane| pane.method.clone()).collect();
+        let now = (request.exposure.clone(), methods);
+        if self.depended_on.as_ref().is_some_and(|before| *before != now) {
+            self.last_motion_s = now_s;
         }
-        let moving = now_s - self.last_motion_s < REST_SECONDS;
-        self.scale = match self.full_ms {
-            ms if !moving || ms <= SLOW_FRAME_MS => 1.0,
-            ms if ms <= 4.0 * SLOW_FRAME_MS => 0.5,
-            _ => 0.25,
-        };
+        self.depended_on = Some(now);
+        self.is_moving = now_s - self.last_motion_s < REST_SECONDS;
     }
 
-    /// The largest of the areas is what the picture is drawn for: it is the same in all
-    /// panes, so that they can be compared.
+    /// Takes the room that there is: that of the largest area, so that a picture as large as
+    /// the window is the same in all panes and they can be compared.
     pub(super) fn measure(&mut self, ppp: f32) {
         let px = |points: f32| (points.max(0.0) * ppp).round() as u32;
         let sizes = self.areas.values().map(|area| uvec2(px(area.width()), px(area.height())));
-        self.size_px = sizes.max_by_key(|size| u64::from(size.x) * u64::from(size.y)).unwrap_or(UVec2::ZERO);
+        self.window_px = sizes.max_by_key(|size| u64::from(size.x) * u64::from(size.y)).unwrap_or(UVec2::ZERO);
     }
 }
 
@@ -190,7 +191,7 @@ impl App {
         let pressed_at = response.interact_pointer_pos().filter(|at| picture.contains(*at));
         let pressed_at = pressed_at.map(|at| within(picture, at));
         if !self.drag_divider(ui, &response, area, picture, ids) && !self.drag_lens(ui, &response, pressed_at) {
-            self.navigate(ui, &response, now_s);
+            self.navigate(ui, &response);
         }
         if let (true, Some(at)) = (response.clicked(), pressed_at) {
             self.focus_on(at, now_s);
@@ -207,11 +208,7 @@ impl App {
 
     /// Size of the picture at its own scale, points.
     fn natural_size(&self, ppp: f32) -> Vec2 {
-        let wanted = self.viewport.size_px;
-        let size = match self.engine.source() {
-            Some(source) if !source.source().is_scene() => source.source().fitted_size(wanted),
-            _ => wanted,
-        };
+        let size = self.whole_size_px();
         vec2(size.x as f32, size.y as f32).max(Vec2::splat(1.0)) / ppp
     }
 
@@ -224,10 +221,11 @@ impl App {
 
     /// Magnifies about the pointer; moves what is magnified.
     fn magnify(&mut self, ui: &Ui, response: &Response, area: Rect, picture: Rect) {
+        let width_px = self.whole_size_px().x.max(1) as f32;
         let zoom = &mut self.document.zoom;
         let factor = ui.input(|i| i.zoom_delta());
         if let Some(at) = response.hover_pos().filter(|_| response.contains_pointer() && factor != 1.0) {
-            let own = picture.width() / self.viewport.size_px.x.max(1) as f32 * ui.ctx().pixels_per_point();
+            let own = picture.width() / width_px * ui.ctx().pixels_per_point();
             let scale = (zoom.scale.unwrap_or(own) * factor).clamp(*Zoom::RANGE.start(), *Zoom::RANGE.end());
             let grown = picture.size() * (scale / zoom.scale.unwrap_or(own));
             let under = (at - picture.min) / picture.size();
@@ -241,11 +239,10 @@ impl App {
         }
     }
 
-    fn navigate(&mut self, ui: &Ui, response: &Response, now_s: f64) {
-        let size = self.viewport.size_px;
+    fn navigate(&mut self, ui: &Ui, response: &Response) {
+        let size = self.eye_size_px();
         let magnified = self.document.zoom.scale.is_some();
         let Document { camera: Some(camera), pivot_m, .. } = &mut self.document else { return };
-        let before = *camera;
         let delta = response.drag_delta();
         let height = f64::from(response.rect.height());
         let drag = dvec2(f64::from(delta.x), f64::from(delta.y)) / height;
@@ -270,9 +267,6 @@ impl App {
                 ui.ctx().request_repaint();
             }
         }
-        if *camera != before {
-            self.viewport.moved(now_s);
-        }
     }
 
     /// Has the engine draw what the document asks for in the panes as they lie now.
@@ -280,32 +274,30 @@ impl App {
         let now_s = ui.input(|i| i.time);
         self.move_focus(ui);
         let ctx = ui.ctx();
-        let before = self.viewport.size_px;
+        let before = self.viewport.window_px;
         self.viewport.measure(ctx.pixels_per_point());
-        if self.viewport.size_px != before {
+        if self.viewport.window_px != before && self.document.size == PictureSize::Window {
             // The panes were laid out for the size before.
             ctx.request_repaint();
         }
-        if self.viewport.size_px.min_element() < LEAST_SIDE_PX {
+        if self.viewport.window_px.min_element() < LEAST_SIDE_PX {
             return;
         }
         if ctx.input(|i| i.pointer.hover_pos().is_none()) {
             (self.viewport.cursor, self.viewport.hovered) = (None, None);
         }
-        self.viewport.choose_scale(now_s, self.engine.history.last_ms());
-        let rest = Duration::from_secs_f64(REST_SECONDS);
-        if self.viewport.scale < 1.0 {
-            ctx.request_repaint_after(rest);
-        }
         let first = self.viewport.hovered.filter(|id| self.viewport.areas.contains_key(id)).unwrap_or(self.document.a);
-        let mut request = Request::new(&self.document, self.viewport.size_px, self.viewport.scale, first);
+        let mut request = Request::new(&self.document, self.eye_size_px(), first);
         request.visible = self.visible_panes();
         if ui.input(|i| !i.events.is_empty()) {
             self.viewport.last_input_s = now_s;
         }
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         request.explain = self.inspector.is_open();
-        self.viewport.filter = self.chosen_filter();
+        request.development.coc_scale_px = self.choose_coc_scale();
+        self.viewport.watch_motion(now_s, &request);
+        request.is_moving = self.viewport.is_moving;
+        self.viewport.filter = self.chosen_filter(ctx.pixels_per_point());
         match self.update_eyes(&mut request) {
             Ok(news) => {
                 self.viewport.problem = None;
@@ -316,11 +308,11 @@ impl App {
             }
             Err(error) => self.viewport.problem = Some(error.to_string()),
         }
-        // Statistics need the depths on the CPU: once the camera rests, not in every frame.
-        if now_s - self.viewport.last_motion_s >= REST_SECONDS {
-            self.engine.depths_m(true);
+        // Statistics need the depths on the CPU: once everything rests, not in every frame.
+        if self.viewport.is_moving {
+            ctx.request_repaint_after(Duration::from_secs_f64(REST_SECONDS));
         } else {
-            ctx.request_repaint_after(rest);
+            self.engine.depths_m(true);
         }
     }
 
@@ -332,11 +324,28 @@ impl App {
             return self.engine.update(request);
         };
         let [left, right] = stereo.eyes(&camera);
-        request.exposure.size = stereo.layout.eye_size(request.exposure.size);
         request.exposure.camera = Some(left);
         let news = self.engine.update(request)? | self.eyes.update(&self.engine, request, right)?;
         self.eyes.combine(&self.engine, stereo.layout, &request.visible);
         Ok(news)
+    }
+
+    /// |c| at the ends of the CoC's colour map, px: the greatest of the picture, rounded up,
+    /// or what is set.
+    pub(super) fn choose_coc_scale(&mut self) -> f32 {
+        let lens = self.document.lens.clone();
+        let depths = self.engine.depths_m(false).filter(|_| self.document.coc_scale_fits);
+        let greatest = depths.and_then(|depths| lens.coc_statistics(depths.iter().copied()));
+        let scale = greatest.map(|coc| round_above(coc.greatest_px()) as f32).filter(|px| px.is_finite());
+        self.viewport.coc_scale_px = scale.unwrap_or(self.document.coc_scale_px);
+        self.viewport.coc_scale_px
+    }
+
+    /// Pixels of the display for one of the picture in a pane.
+    pub(super) fn magnification(&self, id: PaneId, ppp: f32) -> Option<f32> {
+        let shown = self.viewport.pictures.get(&id)?;
+        let width_px = Some(self.whole_size_px().x).filter(|px| *px > 0)?;
+        Some(shown.width() * ppp / width_px as f32)
     }
 
     /// The panes that were laid out, and the one that blinks.
@@ -348,13 +357,12 @@ impl App {
 
     /// Magnified pixels have edges; what is drawn smaller for the sake of speed, or shrunk,
     /// is smooth.
-    fn chosen_filter(&self) -> wgpu::FilterMode {
-        let shown = self.viewport.pictures.get(&self.document.a);
-        let magnified = self.document.zoom.scale.map_or_else(
-            || shown.is_some_and(|r| r.width() > 1.5 * self.viewport.size_px.x as f32),
-            |scale| scale >= 1.0,
-        );
-        match magnified && self.viewport.scale >= 1.0 {
+    fn chosen_filter(&self, ppp: f32) -> wgpu::FilterMode {
+        let magnified = self.magnification(self.document.a, ppp).is_some_and(|scale| match self.document.zoom.scale {
+            None => scale > 1.5,
+            Some(_) => scale >= 1.0,
+        });
+        match magnified {
             true => wgpu::FilterMode::Nearest,
             false => wgpu::FilterMode::Linear,
         }

@@ -5,8 +5,11 @@ use super::style::NAME_WIDTH;
 use crate::methods::{Param, Value};
 use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
 
+/// Height of an open list, points: all methods are in sight.
+const LIST_HEIGHT: f32 = 460.0;
+
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 102.0;
+const NUMBER_WIDTH: f32 = 90.0;
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
@@ -36,16 +39,6 @@ pub fn fit_slider(ui: &mut Ui) {
     ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
-/// A number with three significant digits, or more where it is large.
-pub fn significant(v: f64) -> String {
-    if v.is_infinite() {
-        return "∞".into();
-    }
-    let digits = if v == 0.0 { 0 } else { (2.0 - v.abs().log10().floor()).clamp(0.0, 6.0) as usize };
-    let text = format!("{v:.digits$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
 /// A choice from a list of names; true if another one was chosen.
 pub fn choice(ui: &mut Ui, name: &str, help: &str, chosen: &mut usize, names: &[&str]) -> bool {
     let before = *chosen;
@@ -56,7 +49,7 @@ pub fn choice(ui: &mut Ui, name: &str, help: &str, chosen: &mut usize, names: &[
 /// The list alone, `width` points wide.
 pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width: f32) -> Response {
     let selected = names.get(*chosen).copied().unwrap_or("–");
-    let list = ComboBox::from_id_salt(salt).width(width).selected_text(selected).truncate();
+    let list = ComboBox::from_id_salt(salt).width(width).height(LIST_HEIGHT).selected_text(selected).truncate();
     // A long name is cut off at the end of the room there is, not at that of the list.
     ui.scope(|ui| {
         ui.set_max_width(width);
@@ -108,18 +101,5 @@ pub fn number_of(param: &Param<'_>) -> Option<f64> {
         Value::Float { value, .. } => Some(f64::from(**value)),
         Value::Int { value, .. } => Some(f64::from(**value)),
         Value::Switch(_) | Value::Choice { .. } => None,
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_have_three_significant_digits() {
-        let cases = [(0.0, "0"), (0.012345, "0.0123"), (1.5, "1.5"), (2.0, "2"), (17.36, "17.4"), (3000.0, "3000")];
-        for (value, text) in cases {
-            assert_eq!(significant(value), text);
-        }
     }
 }

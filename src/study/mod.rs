@@ -13,6 +13,7 @@ pub mod render;
 pub mod report;
 pub mod results;
 pub mod source;
+pub mod steps;
 pub mod stress;
 pub mod timing;
 

@@ -1,6 +1,7 @@
 //! The truth to compare with.
 
 use super::render::{Rendered, render};
+use super::steps::Steps;
 use super::{GpuSource, Progress, Source, StudyError, step};
 use crate::display::Display;
 use crate::gpu::{Frame, FrameStats, Gpu, PassTime, download};
@@ -13,10 +14,7 @@ use crate::view::View;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-
-/// Views drawn between two looks at the progress callback: well under a second each time,
-/// also in software.
-const VIEWS_PER_STEP: u32 = 16;
+use std::time::Instant;
 
 /// What counts as the truth.
 #[derive(Clone)]
@@ -178,14 +176,16 @@ fn accumulate_in(
     let failed = |source| StudyError::Method { method: "accumulation", source };
     lens.check().map_err(|e| failed(e.into()))?;
     let mut run = AccumulationRun::new(request.view_dependent);
-    let (mut passes, mut stats) = (Vec::new(), FrameStats::default());
+    let (mut passes, mut stats, mut steps) = (Vec::new(), FrameStats::default(), Steps::default());
     while run.count() < request.samples {
         step(progress, "accumulation", run.count(), request.samples)?;
+        let (before, since) = (run.count(), Instant::now());
         let mut frame = start(gpu);
         frame.set_prefix("accumulation/");
-        run.advance(&mut frame, view, lens, VIEWS_PER_STEP.min(request.samples - run.count())).map_err(failed)?;
+        run.advance(&mut frame, view, lens, steps.next(request.samples - before)).map_err(failed)?;
         // Waiting keeps the count honest and the work that cannot be stopped any more short.
         add(frame, &mut passes, &mut stats);
+        steps.took(run.count() - before, since.elapsed());
     }
     step(progress, "accumulation", run.count(), request.samples)?;
     let mut frame = start(gpu);

@@ -1,6 +1,6 @@
 //! The window in a test, driven as a user drives it.
 
-use defocus::app::{App, AppOptions, Document, MethodChoice, apply_style, wgpu_setup};
+use defocus::app::{App, AppOptions, Document, MethodChoice, PictureSize, Tempo, apply_style, wgpu_setup};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Role, vec2};
 use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::Harness;
@@ -11,18 +11,29 @@ use std::time::{Duration, Instant};
 
 pub type Window = Harness<'static, App>;
 
-/// A window of `size` points that starts with `document`, once it has settled.
+/// A window of `size` points that starts with `document`, once it has settled. Unless the
+/// document says another size than its scene's, the picture is as large as the window: a
+/// small one is quick.
 pub fn window(size: [f32; 2], document: Document) -> Window {
     window_in(size, document, None)
 }
 
 /// The same, which saves into `folder` unless it is told otherwise.
 pub fn window_in(size: [f32; 2], document: Document, folder: Option<PathBuf>) -> Window {
+    let document = match document.size {
+        PictureSize::Own => Document { size: PictureSize::Window, ..document },
+        _ => document,
+    };
     window_with(size, AppOptions { document: Some(document), folder, ..AppOptions::default() })
 }
 
 /// A window of `size` points that starts as `options` say, once it has settled.
 pub fn window_with(size: [f32; 2], options: AppOptions) -> Window {
+    let mut options = options;
+    if options.tempo == Tempo::default() {
+        // Whatever the machine has to do beside: pictures are drawn at once and in full.
+        options.tempo.budget_ms = f64::INFINITY;
+    }
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
     let app = App::new(&state, options);
     let mut window = Harness::builder()
@@ -69,7 +80,8 @@ pub fn tiny_with(glb: &[u8], methods: &[&str], options: AppOptions) -> Tiny {
         choice
     };
     let document = Document::of_methods(methods.iter().map(choice));
-    let document = Document { overscan_px: 8, scene: scene.to_string_lossy().into_owned(), ..document };
+    let document =
+        Document { overscan_px: 8, size: PictureSize::Window, scene: scene.to_string_lossy().into_owned(), ..document };
     let options = AppOptions { document: Some(document), folder: Some(folder.path().into()), ..options };
     Tiny { window: window_with([1120.0, 260.0], options), folder }
 }

@@ -1,11 +1,14 @@
 //! How far panes are from the truth, measured beside the interface on a thread.
 
-use super::pane::Milestone;
+use super::Wake;
+use super::identity::Pairing;
+use super::milestone::Milestone;
 use crate::app::document::PaneId;
 use crate::display::Display;
 use crate::gpu::{Gpu, Texture, download, upload_scalar};
-use crate::image::Image;
+use crate::image::{ColorImage, Image};
 use crate::metrics::{self, CompareOptions, DEFAULT_PIXELS_PER_DEGREE};
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
 /// Differences from the truth.
@@ -19,69 +22,96 @@ pub struct Figures {
     pub ssim: Option<f64>,
     /// Mean FLIP.
     pub flip: f64,
-    /// Lens points of the truth.
-    pub samples: Option<u32>,
 }
 
-/// Which two pictures were compared, and how they were shown.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pair {
-    picture: u64,
-    truth: u64,
-    display: Display,
+/// Figures with the pictures that they are about; an error says why there are none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Measured {
+    /// The two pictures.
+    pub of: Pairing,
+    /// The figures.
+    pub result: Result<Figures, String>,
 }
 
-/// What is known about a pane's differences.
+/// What is known of a pane's differences from the truth.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Verdict<'a> {
+    /// There is no truth, and none is asked for.
+    Unasked,
+    /// Nothing was measured yet.
+    Pending,
+    /// Of the picture that is asked for and shown.
+    Current(&'a Measured),
+    /// Of other pictures: what those are, in words.
+    Outdated(&'a Measured, Vec<String>),
+}
+
+/// A FLIP map, `None` where there can be none, with the pictures that it is about.
+struct FlipMap {
+    of: Pairing,
+    /// Changes with every map.
+    revision: u64,
+    map: Option<Texture>,
+}
+
+/// What was measured of a pane last.
 #[derive(Default)]
-pub struct Judged {
-    figures: Option<(Pair, Result<Figures, String>)>,
-    map: Option<(Pair, Option<Texture>)>,
+pub(super) struct Judged {
+    figures: Option<Measured>,
+    map: Option<FlipMap>,
 }
 
 impl Judged {
-    /// The last figures; an error says why there are none.
-    pub fn last(&self) -> Option<&Result<Figures, String>> {
-        self.figures.as_ref().map(|(_, figures)| figures)
+    /// The last figures.
+    pub fn last(&self) -> Option<&Measured> {
+        self.figures.as_ref()
     }
 
-    /// The last FLIP map.
-    pub(super) fn map(&self) -> Option<&Texture> {
-        self.map.as_ref()?.1.as_ref()
+    /// The FLIP map of these pictures, with its number.
+    pub fn map_of(&self, now: &Pairing) -> Option<(&Texture, u64)> {
+        let known = self.map.as_ref().filter(|known| known.of == *now)?;
+        Some((known.map.as_ref()?, known.revision))
     }
 
-    /// What the last FLIP map is about.
-    pub(super) fn map_pair(&self) -> Option<Pair> {
-        self.map.as_ref().map(|(pair, _)| *pair)
-    }
-
-    /// Forgets figures that belong to another picture than the one seen.
-    pub(super) fn forget(&mut self) {
+    /// Forgets what is about no picture that anyone could see again.
+    pub fn forget(&mut self) {
         *self = Self::default();
+    }
+
+    /// Whether this was measured, or better.
+    fn has(&self, pair: &Pairing, purpose: Purpose) -> bool {
+        match purpose {
+            Purpose::Figures => self.figures.as_ref().is_some_and(|known| {
+                known.of.is_of(pair) && known.of.truth.samples.unwrap_or(0) >= pair.truth.samples.unwrap_or(0)
+            }),
+            Purpose::FlipMap => self.map.as_ref().is_some_and(|known| known.of == *pair),
+        }
     }
 }
 
-/// What a comparison is for.
+/// What two pictures are compared for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     Figures,
     FlipMap,
 }
 
-enum Verdict {
+enum Answer {
     Figures(Result<Figures, String>),
     FlipMap(Option<Image<f32>>),
 }
 
 struct Job {
     pane: PaneId,
-    pair: Pair,
-    answer: Receiver<Verdict>,
+    pair: Pairing,
+    answer: Receiver<Answer>,
 }
 
 /// Compares two pictures at a time.
 #[derive(Default)]
 pub(super) struct Judge {
     job: Option<Job>,
+    answered: u64,
 }
 
 impl Judge {
@@ -94,55 +124,63 @@ impl Judge {
     pub fn judge(
         &mut self,
         gpu: &Gpu,
-        pane: PaneId,
-        judged: &Judged,
+        wake: &Wake,
+        (pane, judged): (PaneId, &Judged),
         (picture, truth): (&Milestone, &Milestone),
         display: Display,
         purpose: Purpose,
     ) -> bool {
-        let pair = Pair { picture: picture.revision, truth: truth.revision, display };
-        let done = match purpose {
-            Purpose::Figures => judged.figures.as_ref().map(|(pair, _)| *pair),
-            Purpose::FlipMap => judged.map.as_ref().map(|(pair, _)| *pair),
-        };
-        if done == Some(pair) || picture.texture.size() != truth.texture.size() {
+        let pair = Pairing { picture: picture.identity.clone(), truth: truth.identity.clone(), display };
+        if judged.has(&pair, purpose) || picture.texture.size() != truth.texture.size() {
             return false;
         }
         if self.job.is_none() {
             let (sender, answer) = channel();
-            let (gpu, picture, truth) = (gpu.clone(), picture.clone(), truth.clone());
+            let (gpu, wake, picture, truth) = (gpu.clone(), wake.clone(), picture.clone(), truth.clone());
             std::thread::spawn(move || {
                 // Nobody listens any more where the window was closed meanwhile.
                 let _ = sender.send(compare(&gpu, &picture, &truth, display, purpose));
+                // Also where it panicked nobody would wait for ever: the channel is closed.
+                drop(sender);
+                wake.call();
             });
             self.job = Some(Job { pane, pair, answer });
         }
         true
     }
 
-    /// Hands the answer that has arrived to its pane, which `find` finds.
-    pub fn poll<'p>(&mut self, gpu: &Gpu, find: impl FnOnce(PaneId) -> Option<&'p mut Judged>) {
-        let Some(job) = &self.job else { return };
-        let verdict = match job.answer.try_recv() {
-            Err(TryRecvError::Empty) => return,
-            Ok(verdict) => Some(verdict),
+    /// Hands the answer that has arrived to its pane, which `find` finds; true if there was
+    /// one.
+    pub fn poll<'p>(&mut self, gpu: &Gpu, find: impl FnOnce(PaneId) -> Option<&'p mut Judged>) -> bool {
+        let Some(job) = &self.job else { return false };
+        let answer = match job.answer.try_recv() {
+            Err(TryRecvError::Empty) => return false,
+            Ok(answer) => Some(answer),
             Err(TryRecvError::Disconnected) => None,
         };
-        let (pane, pair) = (job.pane, job.pair);
-        self.job = None;
-        let Some(judged) = find(pane) else { return };
-        match verdict {
-            Some(Verdict::Figures(figures)) => judged.figures = Some((pair, figures)),
-            Some(Verdict::FlipMap(map)) => {
-                judged.map = Some((pair, map.map(|map| upload_scalar(gpu, "FLIP", &map))));
+        let Some(Job { pane, pair, .. }) = self.job.take() else { return false };
+        self.answered += 1;
+        let Some(judged) = find(pane) else { return true };
+        match answer {
+            Some(Answer::Figures(result)) => judged.figures = Some(Measured { of: pair, result }),
+            Some(Answer::FlipMap(map)) => {
+                let map = map.map(|map| upload_scalar(gpu, "FLIP", &map));
+                judged.map = Some(FlipMap { of: pair, revision: self.answered, map });
             }
-            None => judged.figures = Some((pair, Err("the comparison stopped unexpectedly".into()))),
+            None => {
+                let result = Err("the comparison stopped unexpectedly; change something to try again".into());
+                judged.figures = Some(Measured { of: pair, result });
+            }
         }
+        true
     }
 }
 
-fn compare(gpu: &Gpu, picture: &Milestone, truth: &Milestone, display: Display, purpose: Purpose) -> Verdict {
-    let (a, b) = (download(gpu, &picture.texture), download(gpu, &truth.texture));
+fn compare(gpu: &Gpu, picture: &Milestone, truth: &Milestone, display: Display, purpose: Purpose) -> Answer {
+    let on_cpu = |milestone: &Milestone| -> Arc<ColorImage> {
+        milestone.color.clone().unwrap_or_else(|| Arc::new(download(gpu, &milestone.texture)))
+    };
+    let (a, b) = (on_cpu(picture), on_cpu(truth));
     match purpose {
         Purpose::Figures => {
             let options = CompareOptions { display, ..Default::default() };
@@ -151,10 +189,9 @@ fn compare(gpu: &Gpu, picture: &Milestone, truth: &Milestone, display: Display, 
                 psnr_db: m.psnr_db,
                 ssim: m.ssim,
                 flip: m.flip,
-                samples: truth.samples,
             });
-            Verdict::Figures(figures.map_err(|e| e.to_string()))
+            Answer::Figures(figures.map_err(|e| e.to_string()))
         }
-        Purpose::FlipMap => Verdict::FlipMap(metrics::flip_map(&a, &b, display, DEFAULT_PIXELS_PER_DEGREE).ok()),
+        Purpose::FlipMap => Answer::FlipMap(metrics::flip_map(&a, &b, display, DEFAULT_PIXELS_PER_DEGREE).ok()),
     }
 }

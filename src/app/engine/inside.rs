@@ -69,9 +69,11 @@ impl Engine {
     /// picture.
     fn texel(&self, pane: &Pane, name: &str, of: (&Texture, u32, u32), at: DVec2) -> Option<[f32; 4]> {
         let (texture, level, layer) = of;
-        let inner = self.size().filter(|_| !self.is_lost())?;
+        if self.is_lost() {
+            return None;
+        }
         let size = texture.level_size(level);
-        let texel = pane.place_of(name, texture, inner, self.overscan_px()).texel(size, inner, at)?;
+        let texel = pane.place_of(name, texture).texel(size, pane.exposed_size(), at)?;
         read_texel(&self.gpu, texture, (level, layer), texel)
     }
 }

@@ -1,35 +1,50 @@
 //! What the window shows, kept up to date: renders when something it depends on changed
 //! and does nothing when nothing did. Knows the library, not the user interface.
 
+mod activity;
+mod beside;
 mod figures;
+mod flights;
+mod identity;
 mod inside;
+mod lane;
+mod milestone;
+mod pace;
 mod pane;
+mod progress;
 mod request;
 mod troubles;
+mod values;
+mod views;
+mod wake;
 
-pub use figures::{Figures, Judged};
+pub use activity::Activity;
+pub use beside::PassTimes;
+pub use figures::{Figures, Measured, Verdict};
+pub use identity::{Identity, Pairing};
 pub use inside::Reading;
 pub(super) use inside::channel_of;
 pub use pane::Pane;
 pub use request::{Development, Exposure, Request};
+pub use wake::Wake;
 
-use super::document::PaneId;
+use super::document::{PaneId, Show};
 use super::timing::History;
-use crate::camera::Camera;
-use crate::gpu::{Frame, FrameStats, Gpu, Timings, download};
+use crate::gpu::{Frame, FrameStats, Gpu, ShaderError};
 use crate::image::ColorImage;
-use crate::lens::Lens;
 use crate::methods::MethodError;
 use crate::study::GpuSource;
-use crate::view::View;
 use figures::{Judge, Purpose};
-use glam::{DVec2, UVec2};
-use pane::Milestone;
+use flights::{InFlight, Part};
+use glam::UVec2;
+use lane::Lane;
+use milestone::Milestone;
+use pace::Limits;
 use std::collections::{BTreeMap, HashMap};
-use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 use troubles::Troubles;
+use views::{Views, Which};
 
 /// GPU time that a step of a progressive reference may take, ms: at 60 Hz two refreshes,
 /// so that the interface stays smooth beside it.
@@ -37,10 +52,6 @@ const STEP_BUDGET_MS: f64 = 30.0;
 
 /// Views of a step at most, however fast they are.
 const MAX_STEP_VIEWS: u32 = 32;
-
-/// Depths that the CoC statistics are taken over, at most: their 95th percentile then has
-/// a standard error of 0.2 % in rank, and a lens slider costs under a millisecond.
-const DEPTH_SAMPLES: usize = 16_384;
 
 /// What all panes together may take in a frame before those not under the pointer are
 /// rendered less often, ms: the refresh interval of a display of 60 Hz.
@@ -53,39 +64,68 @@ const FRAMES_PER_OTHER: u32 = 4;
 /// asked for pictures that nobody wants any more.
 const MAX_IN_FLIGHT: usize = 2;
 
+/// The same where a program draws the frames, and the interface's own after them.
+const MAX_IN_FLIGHT_SOFTWARE: usize = 1;
+
+/// How soon to look whether something has arrived that wakes the interface by itself.
+const WAKEN: Duration = Duration::from_millis(100);
+
 /// How long pictures must rest before they are measured, which takes all cores.
 const REST: Duration = Duration::from_millis(250);
 
 /// How soon to look again whether a held reference may go on.
 const HOLD: Duration = Duration::from_millis(100);
 
-/// A submitted frame whose times have not arrived.
-struct InFlight {
-    parts: Vec<Part>,
-    timings: Timings,
-    cpu_ms: f64,
-    since: Instant,
+/// How the engine shares time with the interface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tempo {
+    /// What a frame may take for pictures, ms: what takes longer is drawn smaller at first,
+    /// and in full beside the interface.
+    pub budget_ms: f64,
+    /// How long pictures must rest before they are measured, which takes all cores.
+    pub rest: Duration,
 }
 
-/// Which passes of a frame are a pane's.
-struct Part {
-    pane: PaneId,
-    /// Lens points drawn, of a reference.
-    views: u32,
-    passes: Range<usize>,
+impl Default for Tempo {
+    fn default() -> Self {
+        Self { budget_ms: pace::BUDGET_MS, rest: REST }
+    }
+}
+
+/// What is to be drawn for a pane.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Plan {
+    /// Its picture, so many times smaller than in full, in the next frame.
+    Here(u32),
+    /// Its full picture, beside the interface.
+    Beside,
 }
 
 /// The renderer behind the panes.
 pub struct Engine {
     gpu: Gpu,
     source: Option<GpuSource>,
-    view: Option<(View, UVec2)>,
+    views: Views,
     panes: BTreeMap<PaneId, Pane>,
     /// Panes that wait for their turn.
     waiting: Vec<PaneId>,
     frames_without_others: u32,
     in_flight: Vec<InFlight>,
     revisions: u64,
+    /// Which scene or image and which shaders there are: another number for others.
+    world: u64,
+    /// What was asked for last.
+    asked: Option<Request>,
+    wake: Wake,
+    tempo: Tempo,
+    activity: Activity,
+    /// Mean blur of the picture that is asked for, px.
+    blur_px: f64,
+    lane: Option<Lane>,
+    pass_times: Option<PassTimes>,
+    tickets: u64,
+    /// Shaders that were replaced, by name.
+    shaders: BTreeMap<String, String>,
     ms_per_view: f64,
     held: bool,
     depths_m: Option<Vec<f32>>,
@@ -107,12 +147,22 @@ impl Engine {
             troubles: Troubles::watch(gpu.device()),
             gpu,
             source: None,
-            view: None,
+            views: Views::default(),
             panes: BTreeMap::new(),
             waiting: Vec::new(),
             frames_without_others: 0,
             in_flight: Vec::new(),
             revisions: 0,
+            world: 0,
+            asked: None,
+            wake: Wake::default(),
+            tempo: Tempo::default(),
+            activity: Activity::default(),
+            blur_px: 0.0,
+            lane: None,
+            pass_times: None,
+            tickets: 0,
+            shaders: BTreeMap::new(),
             ms_per_view: STEP_BUDGET_MS,
             held: false,
             depths_m: None,
@@ -126,9 +176,33 @@ impl Engine {
         }
     }
 
-    /// The GPU that everything runs on.
+    /// Shares time with the interface in another way.
+    pub fn set_tempo(&mut self, tempo: Tempo) {
+        self.tempo = tempo;
+    }
+
+    /// How time is shared with the interface.
+    pub fn tempo(&self) -> Tempo {
+        self.tempo
+    }
+
+    /// The GPU that everything runs on, but for what takes long.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    /// An engine with nothing to show yet but the same source, which works as this one does.
+    pub fn sibling(&self) -> Self {
+        let mut sibling = Self::new(self.gpu.clone());
+        (sibling.source, sibling.wake, sibling.tempo) = (self.source.clone(), self.wake.clone(), self.tempo);
+        sibling.shaders.clone_from(&self.shaders);
+        sibling
+    }
+
+    /// Has `wake` told, from whichever thread, when something arrives that
+    /// [`Engine::update`] takes in.
+    pub fn set_wake(&mut self, wake: Wake) {
+        self.wake = wake;
     }
 
     /// What is shown, if anything.
@@ -139,7 +213,9 @@ impl Engine {
     /// Shows something else from the next [`Engine::update`] on.
     pub fn set_source(&mut self, source: GpuSource) {
         self.source = Some(source);
-        self.view = None;
+        self.world += 1;
+        self.asked = None;
+        self.views = Views::default();
         self.depths_m = None;
         self.panes.clear();
         self.colors.clear();
@@ -148,13 +224,71 @@ impl Engine {
     /// Makes every picture anew, as after a shader was replaced.
     pub fn forget_pictures(&mut self) {
         self.panes.values_mut().for_each(|pane| pane.made_for = None);
-        self.view = None;
+        self.world += 1;
+        self.views = Views::default();
         self.depths_m = None;
+    }
+
+    /// Uses another source for a shader from now on, and makes every picture anew.
+    ///
+    /// # Errors
+    ///
+    /// An invalid source; the last good one stays.
+    pub fn replace_shader(&mut self, name: &str, source: &str) -> Result<(), ShaderError> {
+        self.gpu.replace_shader(name, source)?;
+        self.take_shader(name, source);
+        Ok(())
+    }
+
+    /// As [`Engine::replace_shader`], where the GPU of this engine has the source already.
+    pub fn take_shader(&mut self, name: &str, source: &str) {
+        self.shaders.insert(name.into(), source.into());
+        if let Some(lane) = &self.lane {
+            lane.replace_shader(name, source);
+        }
+        self.forget_pictures();
     }
 
     /// What the engine has of a pane.
     pub fn pane(&self, id: PaneId) -> Option<&Pane> {
         self.panes.get(&id)
+    }
+
+    /// How far a pane's picture is from the truth, as far as that is known.
+    pub fn verdict(&self, id: PaneId) -> Verdict<'_> {
+        let (Some(pane), Some(asked)) = (self.panes.get(&id), &self.asked) else { return Verdict::Unasked };
+        // An image with depth has no truth, whatever is asked for.
+        let is_there = |truth: &PaneId| *truth != id && self.panes.get(truth).is_none_or(|pane| pane.error.is_none());
+        let Some(truth) = asked.reference.filter(is_there) else { return Verdict::Unasked };
+        let (Some(last), Some(now)) = (pane.judged.last(), self.pair(asked, id, truth)) else {
+            return Verdict::Pending;
+        };
+        if pane.error.is_some() {
+            return Verdict::Pending;
+        }
+        let departures = last.of.departures(&now);
+        match departures.is_empty() {
+            true if pane.identity.as_ref() == Some(&now.picture) => Verdict::Current(last),
+            // What is asked for was measured before, and is not shown yet.
+            true => Verdict::Pending,
+            false => Verdict::Outdated(last, departures),
+        }
+    }
+
+    /// The pictures that a pane's figures are to be about.
+    fn pair(&self, asked: &Request, id: PaneId, truth: PaneId) -> Option<Pairing> {
+        let identity = |id: PaneId, samples| {
+            let method = asked.pane(id)?.method.clone();
+            Some(Identity { world: self.world, method, exposure: asked.exposure.clone(), samples })
+        };
+        let samples = |id: PaneId| self.panes.get(&id)?.identity.as_ref()?.samples;
+        let (picture, truth) = (identity(id, samples(id))?, identity(truth, samples(truth))?);
+        Some(Pairing { picture, truth, display: asked.development.display })
+    }
+
+    /// Which pane shows the truth, or converges to it unseen.
+    pub fn reference(&self) -> Option<PaneId> {
+        self.asked.as_ref()?.reference
     }
 
     /// Whether a pane waits because another one is rendered first.
@@ -164,12 +298,8 @@ impl Engine {
 
     /// Size of the picture, px; the shape of an image is its own.
     pub fn size(&self) -> Option<UVec2> {
-        self.view.as_ref().map(|(view, _)| view.size())
-    }
-
-    /// Margin drawn around the picture, px.
-    pub fn overscan_px(&self) -> u32 {
-        self.view.as_ref().map_or(0, |(view, _)| view.overscan_px())
+        let asked = self.asked.as_ref()?;
+        Some(self.source.as_ref()?.source().fitted_size(asked.exposure.size))
     }
 
     /// Frames submitted to the GPU since the start: it stands still while nothing changes.
@@ -200,9 +330,16 @@ impl Engine {
             true if !busy && self.held => Some(HOLD),
             // Soon enough to keep a GPU busy with a converging reference.
             true => Some(Duration::from_millis(4)),
-            false if self.judge.is_busy() || self.unjudged => Some(Duration::from_millis(60)),
+            // What these have wakes the interface; this is for where that fails.
+            false if self.judge.is_busy() || self.is_drawing_beside() => Some(WAKEN),
+            false if self.unjudged => Some(self.tempo.rest.min(WAKEN)),
             false => None,
         }
+    }
+
+    fn is_drawing_beside(&self) -> bool {
+        let is_timing = self.pass_times.as_ref().is_some_and(|timed| timed.times.is_none());
+        is_timing || self.panes.values().any(Pane::is_drawn_beside)
     }
 
     fn is_converging(&self) -> bool {
@@ -216,16 +353,43 @@ impl Engine {
     /// A view that cannot be drawn, or a lens that forms no image; what a single method
     /// cannot do is told in its [`Pane`].
     pub fn update(&mut self, request: &Request) -> Result<bool, MethodError> {
+        let news = self.bring_up_to_date(request);
+        self.activity.set_busy(self.wants_update_in().is_some());
+        news
+    }
+
+    /// What the engine is doing, to be asked from any thread.
+    pub fn activity(&self) -> Activity {
+        self.activity.clone()
+    }
+
+    /// Shaders that were replaced, by name.
+    pub fn shaders(&self) -> &BTreeMap<String, String> {
+        &self.shaders
+    }
+
+    fn bring_up_to_date(&mut self, request: &Request) -> Result<bool, MethodError> {
         self.poll();
+        let answered = self.take_answers() | self.take_from_beside();
+        self.asked = Some(request.clone());
         if self.source.is_none() || self.troubles.is_lost() {
             self.waiting.clear();
-            return Ok(false);
+            return Ok(answered);
         }
         request.exposure.lens.check()?;
-        self.prepare_view(&request.exposure)?;
         let needed = self.follow(request);
-        let stale = |id: &PaneId| self.panes.get(id).is_some_and(|p| p.made_for.as_ref() != Some(&request.exposure));
-        self.waiting = needed.iter().copied().filter(stale).collect();
+        self.call_back(request, &needed);
+        self.blur_px = self.mean_blur_px(&request.exposure.lens);
+        let plans: Vec<(PaneId, Plan)> = needed.iter().filter_map(|id| Some((*id, self.plan(*id, request)?))).collect();
+        let divisor = self.prepare_views(request, &plans)?;
+        let mut drawn_here = Vec::new();
+        for (id, plan) in plans {
+            match plan {
+                Plan::Here(_) => drawn_here.push(id),
+                Plan::Beside => self.send_out(id, request),
+            }
+        }
+        self.waiting = drawn_here;
         let chosen = self.choose(request);
         self.held = request.held && self.ms_per_view > STEP_BUDGET_MS;
         let idle = chosen.is_empty() && self.in_flight.is_empty() && self.waiting.is_empty();
@@ -235,68 +399,107 @@ impl Engine {
         };
         self.judge(request);
         if chosen.is_empty() && converging.is_empty() && !self.wants_presenting(request) {
-            return Ok(false);
+            return Ok(answered);
         }
         if !chosen.is_empty() {
             self.waiting.retain(|id| !chosen.contains(id));
             self.changed_at = Instant::now();
         }
-        self.submit(request, &chosen, &converging);
+        self.submit(request, (&chosen, divisor), &converging);
         Ok(true)
     }
 
-    /// Renders `chosen` anew, adds lens points to `converging` and presents what changed.
-    fn submit(&mut self, request: &Request, chosen: &[PaneId], converging: &[PaneId]) {
+    fn limits(&self) -> Limits {
+        Limits { budget_ms: self.tempo.budget_ms, is_software: self.gpu.is_software() }
+    }
+
+    /// What is to be drawn for a pane; nothing where it has what is asked for.
+    fn plan(&mut self, id: PaneId, request: &Request) -> Option<Plan> {
+        let (limits, blur_px) = (self.limits(), self.blur_px);
+        let pane = self.panes.get_mut(&id)?;
+        if pane.made_for.as_ref() == Some(&request.exposure) {
+            return None;
+        }
+        if !pane.pace.is_slow(blur_px, limits) {
+            return Some(Plan::Here(1));
+        }
+        let is_there = pane.made_for.is_some() && pane.made_for == Some(request.exposure.coarser(pane.divisor));
+        match is_there {
+            false => Some(Plan::Here(pane.pace.divisor(blur_px, limits))),
+            // Its textures are not brought from beside: they stay those of the smaller picture.
+            true if request.is_moving || pane.wants_everything() => None,
+            true => Some(Plan::Beside),
+        }
+    }
+
+    /// Brings the views where pictures are taken from; how many times smaller than in full
+    /// those are drawn that are not.
+    fn prepare_views(&mut self, request: &Request, plans: &[(PaneId, Plan)]) -> Result<u32, MethodError> {
+        let Some(source) = &self.source else { return Ok(1) };
+        let divisors = plans.iter().filter_map(|(_, plan)| match plan {
+            Plan::Here(divisor) => Some(*divisor),
+            Plan::Beside => None,
+        });
+        let coarsest = divisors.clone().max().unwrap_or(1);
+        let mut is_elsewhere = false;
+        if !request.is_moving || divisors.clone().any(|divisor| divisor == 1) {
+            is_elsewhere |= self.views.prepare(source, &request.exposure, Which::Full)?;
+        }
+        if coarsest > 1 {
+            is_elsewhere |= self.views.prepare(source, &request.exposure.coarser(coarsest), Which::Coarse)?;
+        }
+        if !request.is_moving && coarsest == 1 && self.panes.values().all(|pane| pane.divisor == 1) {
+            self.views.forget_coarse();
+        }
+        if is_elsewhere {
+            self.depths_m = None;
+        }
+        Ok(coarsest)
+    }
+
+    /// Mean |c| over the picture, px, where depths are known; else that of what is infinitely
+    /// far away, which grows with the lens as that does.
+    fn mean_blur_px(&self, lens: &crate::lens::Lens) -> f64 {
+        let known = self.depths_m.as_ref().and_then(|depths| lens.coc_statistics(depths.iter().copied()));
+        known.map_or(lens.k_px().abs(), |statistics| statistics.mean_px)
+    }
+
+    /// Renders `chosen` anew, the slow ones `divisor` times smaller, adds lens points to
+    /// `converging` and presents what changed.
+    fn submit(&mut self, request: &Request, (chosen, divisor): (&[PaneId], u32), converging: &[PaneId]) {
         let start = Instant::now();
         let gpu = self.gpu.clone();
         let mut frame = gpu.frame();
-        let mut parts = Vec::new();
-        if let (false, Some((view, _))) = (chosen.is_empty(), &mut self.view) {
-            // The pinhole image before all others: no method's time has it.
-            frame.set_prefix("view/");
-            view.pinhole(&mut frame);
-            view.z_bounds(&mut frame);
-        }
+        let (limits, blur_px) = (self.limits(), self.blur_px);
+        let divisor_of = |pane: &mut Pane| if pane.pace.is_slow(blur_px, limits) { divisor } else { 1 };
+        let mut tasks: Vec<(PaneId, u32, u32)> = Vec::new();
         for id in chosen {
-            parts.extend(self.render(&mut frame, *id, request, 1));
+            let Some(pane) = self.panes.get_mut(id) else { continue };
+            tasks.push((*id, divisor_of(pane), 1));
+        }
+        let mut divisors: Vec<u32> = tasks.iter().map(|(_, divisor, _)| *divisor).collect();
+        divisors.dedup();
+        for divisor in divisors {
+            // The pinhole image before all others: no method's time has it.
+            if let Some(view) = self.views.of(&request.exposure.coarser(divisor)) {
+                frame.set_prefix("view/");
+                view.pinhole(&mut frame);
+                view.z_bounds(&mut frame);
+            }
         }
         let views = (STEP_BUDGET_MS / self.ms_per_view).clamp(1.0, f64::from(MAX_STEP_VIEWS)) as u32;
-        for id in converging {
-            parts.extend(self.render(&mut frame, *id, request, views));
+        tasks.extend(converging.iter().filter_map(|id| Some((*id, self.panes.get(id)?.divisor, views))));
+        let mut parts = Vec::new();
+        for (id, divisor, views) in tasks {
+            parts.extend(self.render(&mut frame, id, request, divisor, views));
         }
         self.present(&mut frame, request);
         let submitted = frame.finish();
         self.rendered_frames += 1;
+        self.activity.count();
         self.stats = submitted.stats;
         let cpu_ms = start.elapsed().as_secs_f64() * 1e3;
-        self.in_flight.push(InFlight { parts, timings: submitted.timings, cpu_ms, since: start });
-    }
-
-    fn prepare_view(&mut self, exposure: &Exposure) -> Result<(), MethodError> {
-        let Some(source) = &self.source else { return Ok(()) };
-        let is_scene = source.source().is_scene();
-        match &mut self.view {
-            Some((view, _)) if is_scene => {
-                let before = (view.camera().copied(), *view.projection());
-                view.set_size(&self.gpu, exposure.size, exposure.overscan_px)?;
-                if let Some(camera) = exposure.camera {
-                    view.set_camera(camera);
-                }
-                if before != (view.camera().copied(), *view.projection()) {
-                    self.depths_m = None;
-                }
-            }
-            Some((_, size)) if *size == exposure.size => {}
-            _ => {
-                let mut view = source.view(0, exposure.size, exposure.overscan_px, None)?;
-                if let Some(camera) = exposure.camera {
-                    view.set_camera(camera);
-                }
-                self.view = Some((view, exposure.size));
-                self.depths_m = None;
-            }
-        }
-        Ok(())
+        self.in_flight.push(InFlight { parts, timings: submitted.timings, cpu_ms, since: start, blur_px });
     }
 
     /// Makes the engine's panes those of the request; returns the needed ones.
@@ -306,7 +509,11 @@ impl Engine {
         self.panes.retain(|id, _| request.pane(*id).is_some());
         self.colors.retain(|id, _| request.pane(*id).is_some());
         for state in &request.panes {
-            self.panes.entry(state.id).or_insert_with(|| Pane::new(state)).follow(state, request.explain);
+            self.panes.entry(state.id).or_insert_with(|| Pane::new(state)).follow(
+                state,
+                request.explain,
+                request.exposure.size,
+            );
         }
         for (id, pane) in &mut self.panes {
             // What is not needed does not go on converging.
@@ -320,8 +527,15 @@ impl Engine {
     /// Which of the waiting panes to render now: all where they fit into a refresh of the
     /// display, else the first one, and one of the others every few frames.
     fn choose(&mut self, request: &Request) -> Vec<PaneId> {
-        if self.waiting.is_empty() || self.in_flight.len() >= MAX_IN_FLIGHT {
+        let software = self.gpu.is_software();
+        let most = if software { MAX_IN_FLIGHT_SOFTWARE } else { MAX_IN_FLIGHT };
+        if self.waiting.is_empty() || self.in_flight.len() >= most {
             return Vec::new();
+        }
+        // A software adapter tells the time of a whole frame only.
+        let is_new = |id: &&PaneId| software && self.panes[id].pace.is_unknown();
+        if let Some(new) = self.waiting.iter().find(is_new) {
+            return vec![*new];
         }
         let ms: f64 = self.waiting.iter().filter_map(|id| self.panes[id].ms).sum();
         if ms <= DISPLAY_INTERVAL_MS || self.waiting.len() == 1 {
@@ -339,65 +553,91 @@ impl Engine {
         first.into_iter().chain(other).collect()
     }
 
-    /// Records a pane's picture, or `views` more lens points of it.
-    fn render(&mut self, frame: &mut Frame<'_>, id: PaneId, request: &Request, views: u32) -> Option<Part> {
-        let (view, pane) = (&mut self.view.as_mut()?.0, self.panes.get_mut(&id)?);
-        if pane.made_for.as_ref() != Some(&request.exposure) {
-            pane.restart(&request.exposure);
+    /// Records a pane's picture, `divisor` times smaller than in full, or `views` more lens
+    /// points of it.
+    fn render(
+        &mut self,
+        frame: &mut Frame<'_>,
+        id: PaneId,
+        request: &Request,
+        divisor: u32,
+        views: u32,
+    ) -> Option<Part> {
+        let exposure = request.exposure.coarser(divisor);
+        let (view, pane) = (self.views.of(&exposure)?, self.panes.get_mut(&id)?);
+        if pane.made_for.as_ref() != Some(&exposure) {
+            pane.restart(&exposure, divisor);
         }
         self.revisions += 1;
+        let stamp = (self.revisions, self.world);
         let counted = pane.progress().map_or(0, |(count, _)| count);
         let first = frame.stats.passes as usize;
         if pane.wants_intermediates() {
             frame.keep_intermediates();
         }
-        if let Err(error) = pane.record(frame, view, &request.exposure.lens, views, self.revisions) {
-            pane.error = Some(error);
-            pane.linear = None;
+        if let Err(error) = pane.record(frame, view, &exposure, views, stamp) {
+            pane.fail(error, &exposure);
         }
-        pane.keep(frame.take_intermediates());
+        pane.keep_of(frame.take_intermediates(), view.size(), view.overscan_px());
         let views = pane.progress().map_or(0, |(count, _)| count.saturating_sub(counted));
-        Some(Part { pane: id, views, passes: first..frame.stats.passes as usize })
+        Some(Part { pane: id, divisor, views, passes: first..frame.stats.passes as usize })
     }
 
-    fn wants_presenting(&self, request: &Request) -> bool {
+    fn wants_presenting(&mut self, request: &Request) -> bool {
         request.visible.iter().any(|id| {
-            let pane = self.panes.get(id);
-            pane.is_some_and(|pane| pane.wants_presenting(request, self.compared_with(request, *id).as_ref()))
+            let other = self.compared_with(request, *id);
+            let Some(pane) = self.panes.get(id) else { return false };
+            let has_view = pane.made_for.as_ref().is_some_and(|made_for| self.views.of(made_for).is_some());
+            pane.wants_presenting(request, other.as_ref(), has_view)
         })
     }
 
     /// The picture that the difference which a pane shows is taken from.
     fn compared_with(&self, request: &Request, id: PaneId) -> Option<Milestone> {
-        self.panes.get(&request.pane(id)?.show.against()?)?.to_compare()
+        let Show::Difference(difference) = &request.pane(id)?.show else { return None };
+        self.panes.get(&difference.against)?.to_compare(difference.kind)
     }
 
     /// Turns new pictures into what is seen.
     fn present(&mut self, frame: &mut Frame<'_>, request: &Request) {
         for id in &request.visible {
             let other = self.compared_with(request, *id);
-            if let (Some((view, _)), Some(pane)) = (&mut self.view, self.panes.get_mut(id)) {
+            if let Some(pane) = self.panes.get_mut(id) {
+                let view = pane.made_for.as_ref().and_then(|made_for| self.views.of(made_for));
                 pane.present(frame, view, request, other.as_ref());
             }
         }
     }
 
+    /// Takes in what was measured; true if something was.
+    fn take_answers(&mut self) -> bool {
+        let panes = &mut self.panes;
+        self.judge.poll(&self.gpu, |id| panes.get_mut(&id).map(|p| &mut p.judged))
+    }
+
     /// Measures what has come to rest.
     fn judge(&mut self, request: &Request) {
         let panes = &mut self.panes;
-        self.judge.poll(&self.gpu, |id| panes.get_mut(&id).map(|p| &mut p.judged));
         self.unjudged = false;
         let display = request.development.display;
         let truth = request.reference.and_then(|id| Some((id, panes.get(&id)?.milestone.clone()?)));
-        let rested = self.waiting.is_empty() && self.changed_at.elapsed() >= REST;
+        let rested = self.waiting.is_empty() && self.changed_at.elapsed() >= self.tempo.rest;
         for id in &request.visible {
-            let Some(pane) = panes.get(id) else { continue };
+            let Some(pane) = panes.get(id).filter(|pane| pane.made_for.as_ref() == Some(&request.exposure)) else {
+                continue;
+            };
             let truth = truth.as_ref().filter(|(truth, _)| truth != id).map(|(_, milestone)| milestone);
             let against = pane.wants_flip_against().and_then(|other| panes.get(&other)?.milestone.as_ref());
             for (other, purpose) in [(against, Purpose::FlipMap), (truth, Purpose::Figures)] {
                 let (Some(other), Some(own)) = (other, &pane.milestone) else { continue };
+                if other.identity.exposure != own.identity.exposure {
+                    continue;
+                }
                 self.unjudged |= match rested {
-                    true => self.judge.judge(&self.gpu, *id, &pane.judged, (own, other), display, purpose),
+                    true => {
+                        let pane = (*id, &pane.judged);
+                        self.judge.judge(&self.gpu, &self.wake, pane, (own, other), display, purpose)
+                    }
                     false => true,
                 };
             }
@@ -408,101 +648,5 @@ impl Engine {
                 pane.judged.forget();
             }
         }
-    }
-
-    /// Takes in the times that have arrived.
-    fn poll(&mut self) {
-        // A lost device never answers; after this long nobody waits for the times any more.
-        const GIVE_UP_S: f32 = 10.0;
-        let software = self.gpu.is_software();
-        let (history, panes, ms_per_view) = (&mut self.history, &mut self.panes, &mut self.ms_per_view);
-        self.in_flight.retain(|flight| {
-            let Some(passes) = flight.timings.poll() else {
-                return flight.since.elapsed().as_secs_f32() < GIVE_UP_S;
-            };
-            for part in &flight.parts {
-                // Without timestamps there is the whole frame's time: that of a pane which
-                // was the only one in it.
-                let own = match software {
-                    true if flight.parts.len() == 1 => &passes[..],
-                    true => &[],
-                    false => passes.get(part.passes.start..part.passes.end.min(passes.len())).unwrap_or_default(),
-                };
-                let gpu_ms: f64 = own.iter().map(|p| p.ms).sum();
-                let views = f64::from(part.views.max(1));
-                if part.views > 0 {
-                    *ms_per_view = (gpu_ms.max(flight.cpu_ms) / views).max(1e-3);
-                }
-                if let Some(pane) = panes.get_mut(&part.pane).filter(|_| !own.is_empty()) {
-                    pane.ms = Some(gpu_ms / views);
-                }
-            }
-            history.push(flight.cpu_ms, &passes);
-            false
-        });
-    }
-
-    /// Depth, metres, at a point of the picture given from (0, 0) top left to (1, 1).
-    /// Reads the depth back if that was not done since the view was last drawn.
-    pub fn depth_at_m(&mut self, at: DVec2) -> Option<f64> {
-        if self.troubles.is_lost() {
-            return None;
-        }
-        let (view, _) = self.view.as_mut()?;
-        let depth = view.depth_m(&self.gpu);
-        let texel = (at.clamp(DVec2::ZERO, DVec2::ONE) * depth.size.as_dvec2()).as_uvec2();
-        let texel = texel.min(depth.size - 1);
-        Some(f64::from(depth.at(texel.x, texel.y)))
-    }
-
-    /// A regular sample of the depths in view, metres, read back at most once a redraw;
-    /// `None` before there is a view, and where nothing is known yet and `read` is false.
-    pub fn depths_m(&mut self, read: bool) -> Option<&[f32]> {
-        if self.depths_m.is_none() && read && !self.troubles.is_lost() {
-            let depth = self.view.as_mut()?.0.depth_m(&self.gpu);
-            let stride = depth.pixels.len().div_ceil(DEPTH_SAMPLES).max(1);
-            self.depths_m = Some(depth.pixels.iter().step_by(stride).copied().collect());
-        }
-        self.depths_m.as_deref()
-    }
-
-    /// The view that is shown, for whoever needs more of it than the depths; `None` once the
-    /// device is lost.
-    pub fn view(&mut self) -> Option<&mut View> {
-        self.view.as_mut().filter(|_| !self.troubles.is_lost()).map(|(view, _)| view)
-    }
-
-    /// A pane's picture, linear, on the CPU: read back at most once for each picture, which
-    /// waits for the GPU.
-    pub fn color(&mut self, id: PaneId) -> Option<Arc<ColorImage>> {
-        let pane = self.panes.get(&id)?;
-        let linear = pane.linear.as_ref().filter(|_| !self.troubles.is_lost())?;
-        match self.colors.get(&id) {
-            Some((revision, color)) if *revision == pane.revision => Some(color.clone()),
-            _ => {
-                let color = Arc::new(download(&self.gpu, linear));
-                self.colors.insert(id, (pane.revision, color.clone()));
-                Some(color)
-            }
-        }
-    }
-
-    /// A lens that suits the source seen by `camera` in a frame of `size`, on a display that
-    /// shows it under the angle under which it was taken.
-    ///
-    /// # Errors
-    ///
-    /// A view that cannot be drawn.
-    pub fn default_lens(&mut self, camera: Option<Camera>, size: UVec2) -> Result<Lens, MethodError> {
-        let Some(source) = &self.source else { return Ok(Lens::PINHOLE) };
-        let mut view = source.view(0, size, 0, None)?;
-        if let Some(camera) = camera {
-            view.set_camera(camera);
-        }
-        let lens = source.source().default_lens(&view.depth_m(&self.gpu));
-        let fitted = lens.with_display_fov_x(view.size().x, view.projection().fov_x());
-        // The CoC in pixels is proportional to both.
-        let as_wide = lens.density_px_per_mm / fitted.density_px_per_mm;
-        Ok(Lens { aperture_diameter_mm: lens.aperture_diameter_mm * as_wide, ..fitted })
     }
 }

@@ -1,21 +1,25 @@
 //! One pane's pictures: the method's own, and what is seen of it.
 
-use super::figures::{Judged, Pair};
+use super::beside::Errand;
+use super::figures::Judged;
+use super::identity::{Identity, Pairing};
 use super::inside::{Reading, channel_of};
+use super::milestone::Milestone;
+use super::pace::{Pace, Workload};
+use super::progress::{Progressive, passed_power_of_two, progressive};
 use super::request::{Development, Exposure, Request};
 use crate::app::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use crate::combine;
 use crate::display::Display;
 use crate::gpu::{Frame, Texture};
-use crate::lens::Lens;
-use crate::methods::{self, Converging, IN_FOCUS_COC_PX, Meaning, Method};
+use crate::methods::{self, Meaning};
 use crate::present::{self, DifferenceOf, Map, Numbers, Overlay, Place, Slice};
 use crate::view::View;
 use glam::UVec2;
 use std::time::Instant;
 
 /// Lens points from which on a converging reference is worth comparing with.
-const LEAST_SAMPLES: u32 = 8;
+pub(super) const LEAST_SAMPLES: u32 = 8;
 
 /// What the engine has of a pane.
 pub struct Pane {
@@ -23,21 +27,36 @@ pub struct Pane {
     /// What the picture was made for; `None` while it has to be made.
     pub(super) made_for: Option<Exposure>,
     pub(super) linear: Option<Texture>,
+    /// What that is.
+    pub(super) identity: Option<Identity>,
     /// Changes with every new picture and is never the same for two.
     pub(super) revision: u64,
     pub(super) run: Option<Progressive>,
     /// The last picture that is worth measuring.
     pub(super) milestone: Option<Milestone>,
+    /// The one before, of a picture that converges.
+    pub(super) earlier: Option<Milestone>,
     exposed: Vec<(String, Texture)>,
     kept: Kept,
     wanted_kept: Kept,
     explains: &'static [&'static str],
     shown: Option<Texture>,
     shown_for: Option<ShownFor>,
+    /// Whether `shown` was made from all that `shown_for` says, and not kept from before.
+    is_shown_complete: bool,
     reading: Option<Reading>,
     place: Option<Place>,
     pub(super) error: Option<String>,
     pub(super) ms: Option<f64>,
+    /// How many times smaller than in full the picture is drawn.
+    pub(super) divisor: u32,
+    pub(super) pace: Pace,
+    /// The picture that is being drawn beside the interface.
+    pub(super) errand: Option<Errand>,
+    /// Lens points of a picture that came from beside, and how many there were to be.
+    pub(super) finished: Option<(u32, u32)>,
+    /// Size and margin of the picture whose textures are exposed, px.
+    exposed_from: (UVec2, u32),
     pub(super) made_at: Instant,
     pub(super) judged: Judged,
 }
@@ -55,21 +74,6 @@ fn explains(method: &MethodChoice) -> &'static [&'static str] {
     method.build().map_or(&[], |method| method.explains())
 }
 
-/// A run with its goal.
-pub(super) struct Progressive {
-    pub run: Box<dyn Converging>,
-    pub samples: u32,
-}
-
-/// A picture that is worth measuring.
-#[derive(Clone)]
-pub(super) struct Milestone {
-    pub texture: Texture,
-    pub revision: u64,
-    /// Lens points, of a reference.
-    pub samples: Option<u32>,
-}
-
 /// What a shown texture was made from.
 #[derive(Clone, PartialEq)]
 struct ShownFor {
@@ -78,7 +82,9 @@ struct ShownFor {
     development: Development,
     revision: u64,
     other: Option<u64>,
-    map: Option<Pair>,
+    map: Option<u64>,
+    /// Whether the view was at hand, which overlays need.
+    has_view: bool,
 }
 
 impl Pane {
@@ -87,19 +93,27 @@ impl Pane {
             state: state.clone(),
             made_for: None,
             linear: None,
+            identity: None,
             revision: 0,
             run: None,
             milestone: None,
+            earlier: None,
             exposed: Vec::new(),
             kept: Kept::Nothing,
             wanted_kept: Kept::Nothing,
             explains: explains(&state.method),
             shown: None,
             shown_for: None,
+            is_shown_complete: false,
             reading: None,
             place: None,
             error: None,
             ms: None,
+            divisor: 1,
+            pace: Pace::default(),
+            errand: None,
+            finished: None,
+            exposed_from: (UVec2::ZERO, 0),
             made_at: Instant::now(),
             judged: Judged::default(),
         }
@@ -107,9 +121,11 @@ impl Pane {
 
     /// Takes over a changed state; the picture stays until there is another. `explain`: what
     /// the method did at each pixel is wanted too.
-    pub(super) fn follow(&mut self, state: &PaneState, explain: bool) {
+    pub(super) fn follow(&mut self, state: &PaneState, explain: bool, size: UVec2) {
+        self.pace.follow(&Workload { method: state.method.clone(), size });
         if self.state.method != state.method {
             self.made_for = None;
+            self.ms = None;
             self.explains = explains(&state.method);
         }
         self.wanted_kept = match state.show {
@@ -131,8 +147,35 @@ impl Pane {
         self.wanted_kept > Kept::Nothing
     }
 
-    /// Keeps what is wanted of what the method exposed.
-    pub(super) fn keep(&mut self, mut exposed: Vec<(String, Texture)>) {
+    /// Whether every texture of the method is to be looked at, which only what is drawn here
+    /// has.
+    pub(super) fn wants_everything(&self) -> bool {
+        self.wanted_kept == Kept::Everything
+    }
+
+    /// Takes in how long a picture took: `ms` of the GPU, `waited_ms` in all.
+    pub(super) fn learn(&mut self, divisor: u32, ms: f64, waited_ms: f64, blur_px: f64) {
+        self.ms = Some(ms);
+        self.pace.learn(divisor, waited_ms, blur_px);
+    }
+
+    /// How many times smaller than in full the shown picture is drawn: 1 is in full.
+    pub fn divisor(&self) -> u32 {
+        self.divisor
+    }
+
+    /// Whether the full picture is being drawn beside the interface.
+    pub fn is_drawn_beside(&self) -> bool {
+        self.errand.is_some()
+    }
+
+    /// Keeps what is wanted of what the method exposed of a picture of that size and margin.
+    pub(super) fn keep_of(&mut self, exposed: Vec<(String, Texture)>, size: UVec2, margin_px: u32) {
+        self.exposed_from = (size, margin_px);
+        self.keep(exposed);
+    }
+
+    fn keep(&mut self, mut exposed: Vec<(String, Texture)>) {
         match self.wanted_kept {
             Kept::Nothing => exposed.clear(),
             Kept::Explained => exposed.retain(|(name, _)| self.explains.contains(&name.as_str())),
@@ -163,12 +206,24 @@ impl Pane {
 
     /// Lens points that a reference has and will have.
     pub fn progress(&self) -> Option<(u32, u32)> {
-        self.run.as_ref().map(|p| (p.run.count(), p.samples))
+        let beside = self.errand.as_ref().and_then(|errand| errand.progress).or(self.finished);
+        self.run.as_ref().map(|p| (p.run.count(), p.samples)).or(beside)
     }
 
-    /// What differs from the truth, if that was measured.
-    pub fn figures(&self) -> &Judged {
-        &self.judged
+    /// What the picture is, once there is one.
+    pub fn identity(&self) -> Option<&Identity> {
+        self.identity.as_ref()
+    }
+
+    /// The picture, linear, once there is one.
+    pub fn linear(&self) -> Option<&Texture> {
+        self.linear.as_ref()
+    }
+
+    /// Whether what is shown is of the picture, and not kept from an earlier one until a
+    /// difference is there.
+    pub fn is_shown_complete(&self) -> bool {
+        self.is_shown_complete && self.shown_for.as_ref().is_some_and(|f| f.revision == self.revision)
     }
 
     /// Names and textures of what the method exposes; empty unless asked for.
@@ -192,9 +247,15 @@ impl Pane {
         self.place
     }
 
-    /// Where a texture that the method exposes under `name` lies on a picture of `inner` px
-    /// with a margin.
-    pub(super) fn place_of(&self, name: &str, texture: &Texture, inner: UVec2, margin_px: u32) -> Place {
+    /// Size, px, of the picture whose textures are exposed.
+    pub fn exposed_size(&self) -> UVec2 {
+        self.exposed_from.0
+    }
+
+    /// Where a texture that the method exposes under `name` lies on the picture that it is
+    /// of.
+    pub(super) fn place_of(&self, name: &str, texture: &Texture) -> Place {
+        let (inner, margin_px) = self.exposed_from;
         let texel_px = self.state.method.build().ok().and_then(|method| method.texel_px(name));
         Place::of(texture.size(), inner, margin_px, texel_px)
     }
@@ -208,13 +269,20 @@ impl Pane {
         self.error.is_none() && self.run.as_ref().is_some_and(|p| p.run.count() < p.samples)
     }
 
-    /// Makes the picture anew.
-    pub(super) fn restart(&mut self, exposure: &Exposure) {
+    /// Makes the picture anew, `divisor` times smaller than in full.
+    pub(super) fn restart(&mut self, exposure: &Exposure, divisor: u32) {
         self.made_for = Some(exposure.clone());
         self.made_at = Instant::now();
-        self.run = None;
-        self.error = None;
-        self.milestone = None;
+        self.divisor = divisor;
+        (self.run, self.error, self.finished) = (None, None, None);
+        (self.milestone, self.earlier) = (None, None);
+    }
+
+    /// There is no picture of `exposure`, for a reason.
+    pub(super) fn fail(&mut self, error: String, exposure: &Exposure) {
+        self.made_for = Some(exposure.clone());
+        self.error = Some(error);
+        (self.linear, self.identity, self.run) = (None, None, None);
     }
 
     /// Records the picture, or `views` more lens points of it.
@@ -222,19 +290,21 @@ impl Pane {
         &mut self,
         frame: &mut Frame<'_>,
         view: &mut View,
-        lens: &Lens,
+        exposure: &Exposure,
         views: u32,
-        revision: u64,
+        (revision, world): (u64, u64),
     ) -> Result<(), String> {
+        let lens = &exposure.lens;
         self.revision = revision;
+        let identity =
+            |samples| Identity { world, method: self.state.method.clone(), exposure: exposure.clone(), samples };
         if self.run.is_none() {
             let method = self.state.method.build()?;
             match progressive(method.as_ref(), frame, view, lens) {
                 Some(progressive) => self.run = Some(progressive),
                 None => {
                     let linear = methods::record(method.as_ref(), frame, view, lens).map_err(|e| e.to_string())?;
-                    self.milestone = Some(Milestone { texture: linear.clone(), revision, samples: None });
-                    self.linear = Some(linear);
+                    self.take(linear, identity(None), true);
                     return Ok(());
                 }
             }
@@ -246,50 +316,76 @@ impl Pane {
         frame.set_prefix(format!("{}/", self.state.method.id));
         run.advance(frame, view, lens, views.min(*samples - run.count())).map_err(|e| e.to_string())?;
         let (count, mean) = (run.count(), run.mean(frame));
-        if count == *samples || (count >= LEAST_SAMPLES && passed_power_of_two(self.milestone.as_ref(), count)) {
-            self.milestone = Some(Milestone { texture: mean.clone(), revision, samples: Some(count) });
-        }
-        self.linear = Some(mean);
+        let is_worth =
+            count == *samples || (count >= LEAST_SAMPLES && passed_power_of_two(self.measured_samples(), count));
+        self.take(mean, identity(Some(count)), is_worth);
         Ok(())
     }
 
-    fn wanted(&self, request: &Request, other: Option<&Milestone>) -> ShownFor {
+    /// Lens points of the last picture that was worth measuring.
+    fn measured_samples(&self) -> Option<u32> {
+        self.milestone.as_ref()?.identity.samples
+    }
+
+    /// Takes over a picture; `is_worth`: it is worth measuring.
+    pub(super) fn take(&mut self, linear: Texture, identity: Identity, is_worth: bool) {
+        // What is drawn smaller is to be looked at, not to be measured.
+        if is_worth && self.divisor == 1 {
+            let (texture, revision) = (linear.clone(), self.revision);
+            let milestone = Milestone { texture, color: None, identity: identity.clone(), revision };
+            self.earlier = self.milestone.replace(milestone).filter(|before| before.identity.is_of(&identity));
+        }
+        (self.linear, self.identity) = (Some(linear), Some(identity));
+    }
+
+    fn wanted(&self, request: &Request, other: Option<&Milestone>, has_view: bool) -> ShownFor {
         ShownFor {
             show: self.state.show.clone(),
             opacity: self.state.opacity,
             development: request.development,
             revision: self.revision,
             other: other.map(|o| o.revision),
-            map: self.judged.map_pair(),
+            map: self.map(request, other).map(|(_, revision)| revision),
+            has_view,
         }
+    }
+
+    /// The FLIP map of what is shown, with its number.
+    fn map(&self, request: &Request, other: Option<&Milestone>) -> Option<(&Texture, u64)> {
+        self.wants_flip_against()?;
+        let (picture, truth) = (self.milestone.as_ref()?.identity.clone(), other?.identity.clone());
+        self.judged.map_of(&Pairing { picture, truth, display: request.development.display })
     }
 
     /// Whether what is seen is out of date.
-    pub(super) fn wants_presenting(&self, request: &Request, other: Option<&Milestone>) -> bool {
-        self.linear.is_some() && self.shown_for.as_ref() != Some(&self.wanted(request, other))
+    pub(super) fn wants_presenting(&self, request: &Request, other: Option<&Milestone>, has_view: bool) -> bool {
+        self.linear.is_some() && self.shown_for.as_ref() != Some(&self.wanted(request, other, has_view))
     }
 
-    /// Brings what is seen up to date. `other` is the picture that a difference is taken
-    /// from.
+    /// Brings what is seen up to date. `view` is what the picture was taken from, `other` the
+    /// picture that a difference is taken from.
     pub(super) fn present(
         &mut self,
         frame: &mut Frame<'_>,
-        view: &mut View,
+        mut view: Option<&mut View>,
         request: &Request,
         other: Option<&Milestone>,
     ) {
-        if !self.wants_presenting(request, other) {
+        if !self.wants_presenting(request, other, view.is_some()) {
             return;
         }
         let Some(linear) = self.linear.clone() else { return };
-        let wanted = self.wanted(request, other);
+        let wanted = self.wanted(request, other, view.is_some());
         frame.set_prefix("present/");
-        let Development { display, channel, acceptable_coc_px, coc_scale_px } = request.development;
+        // Lengths in pixels shrink with the picture.
+        let development = request.development.coarser(self.divisor);
+        let Development { display, channel, acceptable_coc_px, coc_scale_px } = development;
         // The lens of the picture, not the one asked for meanwhile: they belong together.
         let lens = self.made_for.as_ref().map_or(&request.exposure.lens, |e| &e.lens).clone();
         let mut overlay = |overlay| {
-            // While the size changes, a pane waits for its new picture.
-            (linear.size() == view.size()).then(|| present::overlay(frame, view, &linear, &lens, &display, overlay))
+            // While the view changes, a pane waits for its new picture.
+            let view = view.as_deref_mut().filter(|view| linear.size() == view.size())?;
+            Some(present::overlay(frame, view, &linear, &lens, &display, overlay))
         };
         let opacity = self.state.opacity;
         self.place = None;
@@ -303,30 +399,25 @@ impl Pane {
             Show::Zone => overlay(Overlay::Zone { acceptable_px: acceptable_coc_px }),
             Show::Difference(difference) => match of_kind(difference.kind) {
                 Some(of) => other
-                    .filter(|other| other.texture.size() == linear.size())
-                    .map(|other| present::difference(frame, &linear, &other.texture, &display, of)),
-                None => self.judged.map().map(|map| {
+                    .filter(|other| other.texture.size() == linear.size() && self.is_beside(other))
+                    .map(|other| present::difference(frame, &linear, &other.texture, &display, of, difference.gain())),
+                None => self.map(request, other).map(|(map, _)| {
                     let slice = Slice { texture: map, level: 0, layer: 0 };
-                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0] }.alone(frame)
+                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0 / difference.gain()] }.alone(frame)
                 }),
             },
-            Show::Inside(inside) => self.present_inside(frame, view, &inside, &display),
+            Show::Inside(inside) => self.present_inside(frame, &inside, &display),
         };
+        self.is_shown_complete = shown.is_some();
         if shown.is_some() {
             self.shown = shown;
         }
         self.shown_for = Some(wanted);
     }
 
-    fn present_inside(
-        &mut self,
-        frame: &mut Frame<'_>,
-        view: &View,
-        inside: &Inside,
-        display: &Display,
-    ) -> Option<Texture> {
+    fn present_inside(&mut self, frame: &mut Frame<'_>, inside: &Inside, display: &Display) -> Option<Texture> {
         let (name, texture) = self.exposed_as(inside)?;
-        let place = self.place_of(name, texture, view.size(), view.overscan_px());
+        let place = self.place_of(name, texture);
         let (meaning, texture) = (self.meaning(name), texture.clone());
         let level = inside.level.min(texture.levels() - 1);
         let layer = inside.layer.min(texture.layers() - 1);
@@ -341,7 +432,8 @@ impl Pane {
         let numbers = Numbers::on(frame, slice, channel, quantity.scale);
         let Numbers { ends, map, .. } = numbers;
         self.reading = Some(Reading { quantity, ends, map, at: (level, layer, channel) });
-        let picture = self.linear.as_ref().filter(|linear| self.state.opacity < 1.0 && linear.size() == view.size());
+        let picture =
+            self.linear.as_ref().filter(|linear| self.state.opacity < 1.0 && linear.size() == self.exposed_from.0);
         let Some(picture) = picture else {
             self.place = Some(place);
             return Some(numbers.alone(frame));
@@ -349,9 +441,20 @@ impl Pane {
         Some(numbers.over(frame, picture, display, place, self.state.opacity))
     }
 
-    /// The picture that another pane's difference is taken from.
-    pub(super) fn to_compare(&self) -> Option<Milestone> {
-        self.linear.clone().map(|texture| Milestone { texture, revision: self.revision, samples: None })
+    /// Whether another picture is of the same view through the same lens: only then does a
+    /// difference tell something about the methods.
+    fn is_beside(&self, other: &Milestone) -> bool {
+        let own = self.identity.as_ref().map(|own| (own.world, &own.exposure));
+        own == Some((other.identity.world, &other.identity.exposure))
+    }
+
+    /// The picture that another pane's difference of that kind is taken from.
+    pub(super) fn to_compare(&self, kind: DifferenceKind) -> Option<Milestone> {
+        if kind == DifferenceKind::Flip {
+            return self.milestone.clone();
+        }
+        let (texture, identity) = (self.linear.clone()?, self.identity.clone()?);
+        Some(Milestone { texture, color: None, identity, revision: self.revision })
     }
 
     /// The pane that a FLIP map is wanted against.
@@ -375,16 +478,4 @@ fn of_kind(kind: DifferenceKind) -> Option<DifferenceOf> {
         DifferenceKind::Relative => Some(DifferenceOf::Relative),
         DifferenceKind::Flip => None,
     }
-}
-
-/// Whether a power of two lies between the last milestone and `count`.
-fn passed_power_of_two(last: Option<&Milestone>, count: u32) -> bool {
-    last.and_then(|m| m.samples).is_none_or(|before| before.ilog2() < count.ilog2())
-}
-
-/// A run for the method that converges over many frames, where there is blur to converge.
-fn progressive(method: &dyn Method, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Option<Progressive> {
-    let (run, samples) = method.converging()?;
-    let [low, high] = view.coc_bounds_px(frame, lens);
-    (low.abs().max(high.abs()) >= IN_FOCUS_COC_PX).then_some(Progressive { run, samples })
 }

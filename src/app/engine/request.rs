@@ -16,8 +16,26 @@ pub struct Exposure {
     pub size: UVec2,
     /// Margin around it, px.
     pub overscan_px: u32,
-    /// The lens, its density scaled with the size.
+    /// The lens.
     pub lens: Lens,
+}
+
+impl Exposure {
+    /// The same `divisor` times smaller: lengths in pixels shrink with the picture, so that
+    /// the blur covers the same part of it.
+    pub(super) fn coarser(&self, divisor: u32) -> Self {
+        if divisor <= 1 {
+            return self.clone();
+        }
+        let scale = 1.0 / f64::from(divisor);
+        let lens = self.lens.clone();
+        Self {
+            camera: self.camera,
+            size: (self.size.as_dvec2() * scale).round().as_uvec2().max(UVec2::ONE),
+            overscan_px: (f64::from(self.overscan_px) * scale).round() as u32,
+            lens: Lens { density_px_per_mm: lens.density_px_per_mm * scale, ..lens },
+        }
+    }
 }
 
 /// How pictures are turned into what is seen.
@@ -31,6 +49,14 @@ pub struct Development {
     pub acceptable_coc_px: f32,
     /// |c| at the ends of the CoC's colour map, px at this size.
     pub coc_scale_px: f32,
+}
+
+impl Development {
+    /// The same for a picture that is `divisor` times smaller.
+    pub(super) fn coarser(&self, divisor: u32) -> Self {
+        let scale = 1.0 / divisor.max(1) as f32;
+        Self { acceptable_coc_px: self.acceptable_coc_px * scale, coc_scale_px: self.coc_scale_px * scale, ..*self }
+    }
 }
 
 /// Everything that the shown textures depend on.
@@ -53,13 +79,14 @@ pub struct Request {
     /// Whether the person is at mouse or keys: a reference waits where a step of it takes
     /// longer than one notices.
     pub held: bool,
+    /// Whether something is being dragged or moves by itself: what takes long is drawn
+    /// smaller until it rests.
+    pub is_moving: bool,
 }
 
 impl Request {
-    /// What `document` asks for in a picture of `size` px drawn `scale` times as large.
-    /// Lengths in pixels shrink with the picture: the blur covers the same part of it.
-    pub fn new(document: &Document, size: UVec2, scale: f64, first: PaneId) -> Self {
-        let lens = document.lens.clone();
+    /// What `document` asks for in a picture of `size` px.
+    pub fn new(document: &Document, size: UVec2, first: PaneId) -> Self {
         let mut panes = document.panes.clone();
         let mut reference = document.reference();
         if reference.is_none() && document.measure {
@@ -69,15 +96,15 @@ impl Request {
         Self {
             exposure: Exposure {
                 camera: document.camera,
-                size: (size.as_dvec2() * scale).round().as_uvec2().max(UVec2::ONE),
-                overscan_px: (f64::from(document.overscan_px) * scale).round() as u32,
-                lens: Lens { density_px_per_mm: lens.density_px_per_mm * scale, ..lens },
+                size: size.max(UVec2::ONE),
+                overscan_px: document.overscan_px,
+                lens: document.lens.clone(),
             },
             development: Development {
                 display: document.display,
                 channel: document.channel,
-                acceptable_coc_px: document.acceptable_coc_px * scale as f32,
-                coc_scale_px: document.coc_scale_px * scale as f32,
+                acceptable_coc_px: document.acceptable_coc_px,
+                coc_scale_px: document.coc_scale_px,
             },
             panes,
             visible: document.visible(),
@@ -85,6 +112,7 @@ impl Request {
             explain: false,
             first,
             held: false,
+            is_moving: false,
         }
     }
 

@@ -1,8 +1,10 @@
 //! Rows of a name, a slider and an exact number, which a double-click on the name resets.
 
+use super::super::numbers::{OtherUnit, exact, parsed, significant};
 use super::super::style::NAME_WIDTH;
-use super::super::widgets::{fit_slider, significant};
-use eframe::egui::{Align, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
+use super::super::widgets::fit_slider;
+use eframe::egui::{Align, DragValue, Id, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
+use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
 /// A real number that can be dragged, typed and reset.
@@ -21,23 +23,34 @@ pub struct Field<'a> {
     pub reset: Option<f64>,
 }
 
+/// How much finer a slider moves while shift is held.
+const FINE: f64 = 0.1;
+
+/// Greatest finite value of a logarithmic slider that reaches to infinity.
+const LARGEST_FINITE: f64 = 1000.0;
+
 impl Field<'_> {
     /// Shows it; true if the value changed.
     pub fn show(self, ui: &mut Ui, value: &mut f64) -> bool {
-        let Self { name, help, unit, range, log, reset } = self;
+        self.show_with(ui, value, &[])
+    }
+
+    /// The same for a field that understands further units.
+    pub fn show_with(self, ui: &mut Ui, value: &mut f64, others: &[OtherUnit<'_>]) -> bool {
+        let Self { name, help, unit, reset, .. } = self;
         let before = *value;
-        let name_response = named_row(ui, name, |ui| {
+        let problem = ui.scope_id().with((name, "what was typed"));
+        let mut told = None;
+        let name_response = labelled_row(ui, name, |ui, label| {
             fit_slider(ui);
-            let mut slider = Slider::new(value, range)
-                .suffix(unit)
-                .clamping(SliderClamping::Never)
-                .custom_formatter(|v, _| significant(v))
-                .custom_parser(parsed);
-            if let Some(least) = log {
-                slider = slider.logarithmic(true).smallest_positive(least).largest_finite(1000.0);
-            }
-            ui.add(slider).on_hover_text(help)
+            self.slider(ui, value).labelled_by(label).on_hover_text(help);
+            let (number, error) = self.number(ui, value, others);
+            number.labelled_by(label).on_hover_text(help);
+            told = error;
         });
+        if let Some(told) = told {
+            ui.data_mut(|data| data.insert_temp(problem, told));
+        }
         let help = match reset {
             Some(reset) => format!("{help}\n\nDouble-click the name to reset to {}{unit}.", significant(reset)),
             None => help.to_owned(),
@@ -49,12 +62,74 @@ impl Field<'_> {
         if value.is_nan() {
             *value = before;
         }
+        if *value != before {
+            ui.data_mut(|data| data.remove::<String>(problem));
+        } else if let Some(told) = ui.data(|data| data.get_temp::<String>(problem)) {
+            ui.label(RichText::new(told).small().color(ui.visuals().error_fg_color));
+        }
         *value != before
+    }
+
+    fn slider(&self, ui: &mut Ui, value: &mut f64) -> Response {
+        let before = *value;
+        let mut slider = Slider::new(value, self.range.clone()).clamping(SliderClamping::Never).show_value(false);
+        if let Some(least) = self.log {
+            slider = slider.logarithmic(true).smallest_positive(least).largest_finite(LARGEST_FINITE);
+        }
+        let response = ui.add(slider);
+        if response.dragged() && ui.input(|i| i.modifiers.shift) {
+            let moved = f64::from(response.drag_delta().x / response.rect.width().max(1.0));
+            *value = self.moved(before, FINE * moved);
+        }
+        response
+    }
+
+    /// A value moved by a share of the slider.
+    fn moved(&self, value: f64, share: f64) -> f64 {
+        let (low, high) = (*self.range.start(), *self.range.end());
+        let moved = match self.log {
+            Some(least) if value.is_finite() => {
+                let reach = high.min(LARGEST_FINITE) / least;
+                value.max(least) * reach.powf(share)
+            }
+            Some(_) => value,
+            None => value + share * (high - low),
+        };
+        // What was typed beyond the slider's reach stays there until it is moved back.
+        moved.clamp(low.min(value), high.max(value))
+    }
+
+    /// The number; what is wrong with what was typed, if something is.
+    fn number(&self, ui: &mut Ui, value: &mut f64, others: &[OtherUnit<'_>]) -> (Response, Option<String>) {
+        let before = *value;
+        let error = RefCell::new(None);
+        // All digits are there to be edited; to be read, three do.
+        let is_edited = ui.memory(|memory| memory.has_focus(ui.next_auto_id()));
+        let speed = match self.log {
+            Some(least) => 0.01 * before.abs().clamp(least, LARGEST_FINITE),
+            None => (self.range.end() - self.range.start()) / 300.0,
+        };
+        let drag = DragValue::new(value)
+            .speed(speed)
+            .suffix(self.unit)
+            .update_while_editing(false)
+            .custom_formatter(move |v, _| if is_edited { exact(v) } else { significant(v) })
+            .custom_parser(|text| match parsed(text, self.unit, others) {
+                // Left as it was read, it is as it was.
+                Ok(_) if text.trim() == significant(before) => Some(before),
+                Ok(value) => Some(value),
+                Err(told) => {
+                    *error.borrow_mut() = Some(told);
+                    None
+                }
+            });
+        let response = ui.add(drag);
+        (response, error.into_inner())
     }
 }
 
-/// A name, then whatever `add` adds, labelled by it; the name's response.
-pub fn named_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+/// A name, then what `add` adds, which it labels by the name's id; the name's response.
+fn labelled_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui, Id)) -> Response {
     ui.horizontal(|ui| {
         let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
         let label = ui
@@ -64,10 +139,17 @@ pub fn named_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response)
                 ui.add(Label::new(name).truncate().selectable(false).sense(Sense::click()))
             })
             .inner;
-        add(ui).labelled_by(label.id);
+        add(ui, label.id);
         label
     })
     .inner
+}
+
+/// A name, then whatever `add` adds, labelled by it; the name's response.
+pub fn named_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+    labelled_row(ui, name, |ui, label| {
+        add(ui).labelled_by(label);
+    })
 }
 
 /// A distance in metres with its unit, in centimetres where that reads better.
@@ -79,22 +161,21 @@ pub fn distance_text(distance_m: f64) -> String {
     }
 }
 
-fn parsed(text: &str) -> Option<f64> {
-    let text = text.trim();
-    if text == "∞" {
-        return Some(f64::INFINITY);
-    }
-    text.parse().ok().filter(|v: &f64| !v.is_nan())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn field(range: RangeInclusive<f64>, log: Option<f64>) -> Field<'static> {
+        Field { name: "x", help: "", unit: "", range, log, reset: None }
+    }
+
     #[test]
-    fn what_is_shown_can_be_typed() {
-        assert_eq!(parsed(&significant(f64::INFINITY)), Some(f64::INFINITY));
-        assert_eq!(parsed(&significant(0.012345)), Some(0.0123));
-        assert_eq!(parsed("nan"), None);
+    fn a_fine_drag_moves_by_a_share_of_the_slider() {
+        assert_eq!(field(0.0..=10.0, None).moved(5.0, 0.1), 6.0);
+        let log = field(0.1..=f64::INFINITY, Some(0.1));
+        assert!((log.moved(1.0, 0.5) - 100.0).abs() < 1e-9, "half of four powers of ten");
+        assert_eq!(log.moved(f64::INFINITY, 0.1), f64::INFINITY);
+        assert_eq!(field(0.0..=10.0, None).moved(20.0, 0.1), 20.0, "what was typed beyond the end stays");
+        assert_eq!(field(0.0..=10.0, None).moved(9.9, 0.1), 10.0);
     }
 }

@@ -1,7 +1,7 @@
 //! What lies under the pointer, in numbers, and how often values occur.
 
 use super::fields::distance_text;
-use crate::app::widgets::significant;
+use crate::app::numbers::significant;
 use crate::display::{Display, LUMINANCE};
 use crate::histogram::Histogram;
 use crate::image::{ColorImage, Image};

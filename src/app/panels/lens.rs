@@ -4,7 +4,7 @@
 use super::fields::{Field, distance_text, named_row};
 use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
-use crate::app::widgets::significant;
+use crate::app::numbers::{OtherUnit, significant};
 use crate::focus::{dioptres, metres};
 use crate::lens::Lens;
 use crate::presets::LensPreset;
@@ -20,6 +20,9 @@ const SAME_VIEW: f64 = 0.01;
 
 /// Display fields of view, degrees, that a number may have: a plane has less than 180.
 const FOV_DEG: (f64, f64) = (0.1, 175.0);
+
+/// Millimetres in an inch.
+const MM_PER_INCH: f64 = 25.4;
 
 /// Unit of the focus distance.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -200,13 +203,17 @@ impl LensPanel {
         } else {
             let dpi = Field {
                 name: "Screen DPI",
-                help: "DPI: pixels of that screen in a millimetre. K = DPI ds/dr E F / (df - F).",
+                help: "DPI: pixels of that screen in a millimetre. K = DPI ds/dr E F / (df - F). Or type pixels per degree (25 px/deg) or per inch (96 px/in).",
                 unit: " px/mm",
                 range: 0.01..=100.0,
                 log: Some(0.01),
                 reset: Some(base.density_px_per_mm),
             };
-            changed |= dpi.show(ui, &mut lens.density_px_per_mm);
+            // Pixels in a degree at the middle of the screen: DPI ds pi / 180.
+            let mm_per_degree = lens.screen_distance_mm * 1_f64.to_radians();
+            let by_degree = OtherUnit { name: "px/deg", converted: &|density| density / mm_per_degree };
+            let by_inch = OtherUnit { name: "px/in", converted: &|density| density / MM_PER_INCH };
+            changed |= dpi.show_with(ui, &mut lens.density_px_per_mm, &[by_degree, by_inch]);
         }
         let density = lens.px_per_degree();
         let text = format!("{} pixels per degree at the middle of the screen", significant(density));

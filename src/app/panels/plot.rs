@@ -1,7 +1,7 @@
 //! The CoC against depth, over the depths of the scene; the focus can be dragged in it.
 
 use super::fields::distance_text;
-use crate::app::widgets::significant;
+use crate::app::numbers::significant;
 use crate::histogram::Histogram;
 use crate::lens::{CocOfDepth, Lens};
 use crate::present::Map;

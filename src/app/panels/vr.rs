@@ -1,7 +1,8 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
-use crate::app::widgets::{choice, significant};
+use crate::app::numbers::significant;
+use crate::app::widgets::choice;
 use crate::lens::Lens;
 use crate::presets::{LensPreset, presets};
 use crate::stereo::{IPD_MM, Layout, MEAN_IPD_MM, REFRESH_HZ, Stereo, refresh_met};
@@ -110,7 +111,13 @@ mod tests {
 
     #[test]
     fn frame_times_are_held_against_refresh_rates() {
-        let cases = [(5.0, "makes 120 Hz"), (9.0, "makes 90 Hz, not 120"), (13.0, "makes 72 Hz, not 90")];
+        let cases = [
+            (5.0, "makes 144 Hz"),
+            (8.0, "makes 120 Hz, not 144"),
+            (9.0, "makes 100 Hz, not 120"),
+            (11.0, "makes 90 Hz, not 100"),
+            (13.0, "makes 72 Hz, not 90"),
+        ];
         for (ms, text) in cases {
             assert_eq!(refresh_text(ms), text);
         }
