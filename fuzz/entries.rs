@@ -43,7 +43,7 @@ fn encoding(byte: u8) -> DepthEncoding {
         2 => DepthKind::Device { near_m: 0.1, far_m: 100.0 },
         _ => DepthKind::Metres { per_unit: 1e-30 },
     };
-    DepthEncoding { kind, unknown: (byte & 0x80 != 0).then_some(0.0) }
+    DepthEncoding { kind, unknown: (byte & 0x80 != 0).then_some(0.0), infinity: None }
 }
 
 /// A colour image with its depth map; without any byte of depth, an EXR that holds both.

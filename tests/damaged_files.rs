@@ -483,12 +483,12 @@ fn images_with_depth() {
     );
     expect_rgbd_error("NaN alone", ("c.exr", &exr(Some(f32::NAN))), None, metres, &["not one pixel", "depth"]);
     for per_unit in [0.0, f64::NAN] {
-        let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit }, unknown: None };
+        let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit }, ..metres };
         expect_rgbd_error("scale", color, Some(("d.png", &ones)), encoding, &["depth scale", "--depth-scale"]);
     }
-    let reversed = DepthEncoding { kind: DepthKind::Device { near_m: 9.0, far_m: 1.0 }, unknown: None };
+    let reversed = DepthEncoding { kind: DepthKind::Device { near_m: 9.0, far_m: 1.0 }, ..metres };
     expect_rgbd_error("range", color, Some(("d.png", &ones)), reversed, &["0 < near < far", "--depth-range"]);
-    let device = DepthEncoding { kind: DepthKind::Device { near_m: 1.0, far_m: 9.0 }, unknown: None };
+    let device = DepthEncoding { kind: DepthKind::Device { near_m: 1.0, far_m: 9.0 }, ..metres };
     expect_rgbd_error("metres called device", ("c.exr", &whole), None, device, &["value 2", "outside 0 to 1"]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = write(folder.path(), "c.exr", &whole);

@@ -1,7 +1,7 @@
 //! `defocus compare`: methods against a reference.
 
 use super::args::CompareArgs;
-use super::output::{check_json, check_target, command_line, is_stdout, parent_of, print, write_json};
+use super::output::{check_json, check_target, command_line, is_stdout, parent_of, print, print_notes, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -47,6 +47,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         not_run.iter().map(|left| format!("{}: {}", left.method, left.reason)).collect::<Vec<_>>().join("; ")
     );
 
+    print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let truth = truth(args, &mut setup, reference, &bar)?;
     let comparison = compare_all(args, &mut setup, &methods, truth.as_ref(), &bar)?;

@@ -2,7 +2,7 @@
 
 use super::args::RenderArgs;
 use super::inside;
-use super::output::{ImageKind, check_folder_of, check_json, check_target, is_stdout, print, write_json};
+use super::output::{ImageKind, check_folder_of, check_json, check_target, is_stdout, print, print_notes, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -45,6 +45,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         mipmaps: true,
         stereo: stereo.map(|stereo| stereo.layout),
     })?;
+    print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let mut draw = |setup: &mut Setup| match &method {
         Some(method) => Ok((params_json(method.as_ref()), by_method(args, setup, method.as_ref(), &bar)?)),

@@ -42,9 +42,9 @@ pub struct SetupOptions<'a> {
 impl Setup {
     /// Checks the options, cheapest first, opens source and adapter, and sets the lens.
     pub fn new(options: &SetupOptions<'_>) -> anyhow::Result<Self> {
-        let depth_args = depth_args(options.scene)?;
-        let parts = lens_parts(options.lens)?;
         check_fov(options.view.fov)?;
+        let depth_args = depth_args(options.scene, options.view.fov)?;
+        let parts = lens_parts(options.lens)?;
         let source = Source::open(&options.scene.scene, &depth_args)?;
         let camera = source.camera_index(&options.view.camera)?;
         check_overscan(options.view.overscan, &source)?;
@@ -89,35 +89,62 @@ impl Setup {
     pub fn setting(&mut self) -> Setting {
         let depth = self.depth_m();
         let coc = self.lens.coc_statistics(depth.pixels.iter().copied());
-        let name = self.source.source().name();
-        Setting::new(self.source.gpu(), name, &self.camera, self.view.size(), &self.lens, coc)
+        let source = self.source.source();
+        let setting = Setting::new(self.source.gpu(), source.name(), &self.camera, self.view.size(), &self.lens, coc);
+        Setting { notes: self.notes(), ..setting }
+    }
+
+    /// What was approximated, left out or filled in, one sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        self.source.source().notes().to_vec()
     }
 }
 
-fn depth_args(options: &SceneOptions) -> anyhow::Result<DepthArgs> {
+fn depth_args(options: &SceneOptions, fov: FieldOfView) -> anyhow::Result<DepthArgs> {
+    use DepthKindName::{Device, Dioptres, Disparity, Distance, Inverse, Metres, Relative};
+    let kind = options.depth_kind;
+    let (takes_range, takes_calibration) = (matches!(kind, Inverse | Relative | Device), kind == Disparity);
+    ensure!(
+        takes_range || options.depth_range.is_none(),
+        "--depth-range goes with --depth-kind inverse, relative or device; the other kinds take --depth-scale"
+    );
+    ensure!(
+        !takes_range || options.depth_scale.is_none(),
+        "--depth-scale goes with --depth-kind metres, distance, dioptres or disparity; the others take --depth-range NEAR,FAR"
+    );
+    ensure!(
+        takes_calibration || options.depth_calibration.is_none(),
+        "--depth-calibration goes with --depth-kind disparity"
+    );
     let range = || {
         options.depth_range.context(
-            "--depth-kind inverse and device need the depths that they lie between: give --depth-range NEAR,FAR",
+            "--depth-kind inverse, relative and device need the depths that they lie between: give --depth-range NEAR,FAR",
         )
     };
-    let kind = match options.depth_kind {
-        DepthKindName::Metres => {
-            ensure!(
-                options.depth_range.is_none(),
-                "--depth-range goes with --depth-kind inverse or device; metres take --depth-scale METRES"
-            );
-            DepthKind::Metres { per_unit: options.depth_scale.unwrap_or(1.0) }
+    let per_unit = options.depth_scale.unwrap_or(1.0);
+    let kind = match kind {
+        Metres => DepthKind::Metres { per_unit },
+        Distance => DepthKind::Distance { per_unit },
+        Dioptres => DepthKind::Dioptres { per_unit },
+        Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
+        Relative => DepthKind::Relative { near_m: range()?.near_m, far_m: range()?.far_m },
+        Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
+        Disparity => {
+            let given = options.depth_calibration.context(
+                "--depth-kind disparity needs the cameras: give --depth-calibration FOCAL_PX,BASELINE_M[,OFFSET_PX]",
+            )?;
+            let (focal_px, baseline_m, offset_px) = (given.focal_px, given.baseline_m, given.offset_px);
+            DepthKind::Disparity { focal_px, baseline_m, offset_px, per_unit }
         }
-        DepthKindName::Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
-        DepthKindName::Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
     };
-    ensure!(
-        options.depth_scale.is_none() || options.depth_kind == DepthKindName::Metres,
-        "--depth-scale goes with --depth-kind metres; inverse and device take --depth-range NEAR,FAR"
-    );
-    let encoding = DepthEncoding { kind, unknown: options.depth_unknown };
+    let encoding = DepthEncoding { kind, unknown: options.depth_unknown, infinity: options.depth_infinity };
     encoding.check()?;
-    Ok(DepthArgs { file: options.depth.clone(), encoding })
+    let fov_y = match fov {
+        FieldOfView::Degrees(degrees) => Some(degrees.to_radians()),
+        FieldOfView::Camera | FieldOfView::Display => None,
+    };
+    let (layer, depth_layer) = (options.layer.clone(), options.depth_layer.clone());
+    Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y })
 }
 
 /// The lens without focus and, unless given, with a closed aperture; all other parts checked.

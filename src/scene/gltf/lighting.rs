@@ -2,7 +2,7 @@
 
 use super::super::error::SceneProblem;
 use super::super::{Environment, Light, LightKind, Scene};
-use super::container::Exact;
+use super::exact::Exact;
 use super::notes::Notes;
 use ::gltf::Document;
 use glam::{DVec3, Vec3};
