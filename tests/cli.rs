@@ -30,7 +30,7 @@ fn folder() -> TempDir {
     write(folder.path(), "draco.glb", &scene.glb());
     write(folder.path(), "color.png", &png(8, 6, [200, 100, 50]));
     write(folder.path(), "depth.png", &png16(8, 6, |x, _| 1000 + 500 * x as u16));
-    write(folder.path(), "wide.png", &png16(9, 6, |_, _| 1000));
+    write(folder.path(), "wide.png", &png16(16, 6, |_, _| 1000));
     let depth = DepthImage::from_fn(SIZE, |x, _| 1.0 + x as f32 * 0.1);
     write_exr(&folder.path().join("rgbz.exr"), &gradient(64, 48), Some(&depth), None).expect("writes");
     write_exr(&folder.path().join("rgb.exr"), &gradient(8, 6), None, None).expect("writes");
@@ -262,7 +262,7 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("render draco.glb -o out.png", 1, "requires the glTF extension KHR_draco_mesh_compression"),
     ("render rgb.exr -o out.png", 1, "has no depth channel Z"),
     ("render color.png -o out.png", 1, "give a depth map with --depth FILE"),
-    ("render color.png --depth wide.png -o out.png", 1, "give a depth map of the image's own size"),
+    ("render color.png --depth wide.png -o out.png", 1, "give a depth map of the image's own aspect ratio"),
     ("render color.png --depth depth.png --depth-kind inverse -o out.png", 1, "give --depth-range NEAR,FAR"),
     ("render color.png --depth depth.png --depth-scale 0 -o out.png", 1, "must be a positive number"),
     ("render color.png --depth depth.png --overscan 8 -o out.png", 1, "has no overscan"),

@@ -228,7 +228,7 @@ fn references_and_values() {
         |t| primitive(t, "attributes", json!({"POSITION": 77})),
         &["meshes[0].primitives[0].attributes.POSITION"],
     );
-    damaged("no POSITION", |t| primitive(t, "attributes", json!({"NORMAL": 1})), &["POSITION is missing"]);
+    damaged("no POSITION", |t| primitive(t, "attributes", json!({"NORMAL": 1})), &["no triangles to draw"]);
     damaged(
         "indices beyond the accessors",
         |t| primitive(t, "indices", json!(77)),
@@ -306,24 +306,6 @@ fn extensions_images_and_nothing_at_all() {
         &["KHR_draco_mesh_compression", "not supported", "uncompressed"],
     );
     damaged("unknown required extension", |t| t.json["extensionsRequired"] = json!(["ACME_magic"]), &["ACME_magic"]);
-    damaged(
-        "image that does not decode",
-        |t| t.add_base_color_texture(b"this is no image"),
-        &["images[0] \"Picture\"", "does not decode", "PNG or JPEG"],
-    );
-    damaged(
-        "image cut off",
-        |t| t.add_base_color_texture(&png(64, 64, [9, 9, 9])[..60]),
-        &["images[0]", "does not decode"],
-    );
-    damaged(
-        "external image missing",
-        |t| {
-            t.add_base_color_texture(&png(2, 2, [0; 3]));
-            t.json["images"] = json!([{"uri": "absent.png"}]);
-        },
-        &["images[0]", "absent.png", "cannot read"],
-    );
     damaged(
         "texture without its image",
         |t| {
@@ -450,9 +432,9 @@ fn images_with_depth() {
     expect_rgbd_error(
         "another size",
         color,
-        Some(("d.png", &png16(8, 7, |_, _| 9))),
+        Some(("d.png", &png16(8, 16, |_, _| 9))),
         metres,
-        &["8, 7", "8, 6", "own size"],
+        &["8, 16", "8, 6", "own aspect ratio"],
     );
     expect_rgbd_error("depth that does not decode", color, Some(("d.png", b"no image")), metres, &["does not decode"]);
     expect_rgbd_error(

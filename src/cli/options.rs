@@ -133,6 +133,10 @@ pub struct ViewOptions {
     /// Margin drawn around the image for rays that leave it, px; auto: half the greatest CoC, at most 96
     #[arg(long, value_name = "auto|PX", default_value = "auto", value_parser = parse_overscan)]
     pub overscan: Overscan,
+    /// What lights a scene file: its own light, with a directional light and a neutral studio where it has
+    /// hardly any; its own alone; or the added light, whatever it has
+    #[arg(long, value_enum, default_value_t = LightName::Auto)]
+    pub light: LightName,
     /// What surfaces show: lights and materials, or base colours only
     #[arg(long, value_enum, default_value_t = ShadingName::Scene)]
     pub shading: ShadingName,
@@ -142,6 +146,17 @@ pub struct ViewOptions {
     /// Set a parameter of a method (repeatable), as `defocus methods` lists them
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,
+}
+
+/// What lights a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightName {
+    /// The file's own light, and the added one where it has hardly any
+    Auto,
+    /// The file's own light alone
+    File,
+    /// The added light beside the file's own
+    Studio,
 }
 
 /// What surfaces show.
@@ -157,18 +172,19 @@ pub enum ShadingName {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayOptions {
-    /// Exposure before tone mapping, EV
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_exposure)]
-    pub exposure: f32,
+    /// Exposure before tone mapping, EV [default: 0; metered from the pinhole image for a scene file that
+    /// would be white or black]
+    #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: Option<f32>,
     /// Tone map: none, reinhard or agx
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = parse_tone_map)]
     pub tonemap: ToneMap,
 }
 
 impl DisplayOptions {
-    /// The display.
+    /// The display; its exposure is 0 where none is named.
     pub fn display(&self) -> Display {
-        Display { exposure_ev: self.exposure, tone_map: self.tonemap }
+        Display { exposure_ev: self.exposure.unwrap_or(0.0), tone_map: self.tonemap }
     }
 }
 

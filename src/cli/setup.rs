@@ -1,17 +1,25 @@
 //! From options to a view and a lens.
 
-use super::options::{DepthKindName, FieldOfView, LensOptions, Overscan, SceneOptions, ShadingName, ViewOptions};
+use super::options::{
+    DepthKindName, DisplayOptions, FieldOfView, LensOptions, LightName, Overscan, SceneOptions, ShadingName,
+    ViewOptions,
+};
 use anyhow::{Context, ensure};
 use defocus::camera::Camera;
+use defocus::display::Display;
 use defocus::gpu::Gpu;
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
+use defocus::methods;
 use defocus::presets;
+use defocus::scene::builtin;
+use defocus::scene::gltf::Lighting;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::stereo::Layout;
+use defocus::study::meter::exposure_ev;
 use defocus::study::results::Setting;
 use defocus::study::source::{default_focus_m, visibly_open};
-use defocus::study::{DepthArgs, GpuSource, Source};
+use defocus::study::{self, DepthArgs, GpuSource, Source};
 use defocus::view::{SurfaceOptions, View, auto_overscan_px};
 use glam::UVec2;
 
@@ -25,6 +33,9 @@ pub struct Setup {
     pub view: View,
     /// The lens, checked.
     pub lens: Lens,
+    /// How colours are shown.
+    pub display: Display,
+    metered: Option<String>,
 }
 
 /// What makes a setup.
@@ -32,6 +43,7 @@ pub struct SetupOptions<'a> {
     pub scene: &'a SceneOptions,
     pub lens: &'a LensOptions,
     pub view: &'a ViewOptions,
+    pub display: &'a DisplayOptions,
     pub adapter: Option<&'a str>,
     /// Whether textures are mipmapped.
     pub mipmaps: bool,
@@ -45,7 +57,8 @@ impl Setup {
         check_fov(options.view.fov)?;
         let depth_args = depth_args(options.scene, options.view.fov)?;
         let parts = lens_parts(options.lens)?;
-        let source = Source::open(&options.scene.scene, &depth_args)?;
+        let spec = &options.scene.scene;
+        let source = Source::open(spec, &depth_args)?.lit(lighting(options.view.light));
         let camera = source.camera_index(&options.view.camera)?;
         check_overscan(options.view.overscan, &source)?;
 
@@ -72,7 +85,24 @@ impl Setup {
             view.set_size(&gpu, size, overscan)?;
         }
         let camera = source.cameras()[camera].to_owned();
-        Ok(Self { source: uploaded, camera, view, lens })
+        let display = options.display.display();
+        let mut setup = Self { source: uploaded, camera, view, lens, display, metered: None };
+        if options.display.exposure.is_none() && source.is_scene() && builtin::builtin(spec).is_none() {
+            setup.meter()?;
+        }
+        Ok(setup)
+    }
+
+    /// Exposes a scene that would be white or black by its pinhole image.
+    fn meter(&mut self) -> anyhow::Result<()> {
+        let (gpu, pinhole) = (self.gpu(), methods::by_id("pinhole")?);
+        let seen = study::render(&gpu, &mut self.view, &self.lens, pinhole.as_ref())?.color;
+        if let Some(ev) = exposure_ev(&seen, &self.view.depth_m(&gpu)) {
+            self.display.exposure_ev = ev;
+            self.metered =
+                Some(format!("exposure: {ev:+.1} EV, metered from the pinhole image (--exposure 0 for none)"));
+        }
+        Ok(())
     }
 
     /// The GPU.
@@ -96,7 +126,15 @@ impl Setup {
 
     /// What was approximated, left out or filled in, one sentence each.
     pub fn notes(&self) -> Vec<String> {
-        self.source.source().notes().to_vec()
+        self.source.source().notes().iter().chain(&self.metered).cloned().collect()
+    }
+}
+
+fn lighting(light: LightName) -> Lighting {
+    match light {
+        LightName::Auto => Lighting::Auto,
+        LightName::File => Lighting::File,
+        LightName::Studio => Lighting::Studio,
     }
 }
 

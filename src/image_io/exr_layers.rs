@@ -77,7 +77,9 @@ impl Layer {
                 let name = names.into_iter().filter(|name| !name.is_empty()).collect::<Vec<_>>().join(".");
                 let component = component.to_lowercase();
                 match layers.iter_mut().find(|layer| layer.part == part && layer.name == name) {
-                    Some(layer) => drop(layer.channels.insert(component, index)),
+                    Some(layer) => {
+                        layer.channels.insert(component, index);
+                    }
                     None => layers.push(Self::new(part, view, name, (component, index))),
                 }
             }
@@ -325,7 +327,7 @@ mod tests {
         let passes =
             [rgb("ViewLayer.AO"), rgb("ViewLayer.DiffDir"), rgb("ViewLayer.Combined"), rgb("ViewLayer.Normal")];
         assert_eq!(color(passes.as_flattened()).as_deref(), Some("ViewLayer.Combined"));
-        assert_eq!(color(&[&["R", "G", "B"], &rgb("beauty")[..]].concat()).as_deref(), Some(""));
+        assert_eq!(color(&[&["R", "G", "B"][..], &rgb("beauty")].concat()).as_deref(), Some(""));
         assert_eq!(color(&[rgb("diffuse"), rgb("Beauty")].concat()).as_deref(), Some("Beauty"));
         assert_eq!(color(&rgb("AO")).as_deref(), Some("AO"));
         assert_eq!(color(&[rgb("diffuse"), rgb("specular")].concat()), None);

@@ -24,6 +24,8 @@ mod specular_glossiness;
 mod texture;
 mod validate;
 
+pub use lighting::{Lighting, relight};
+
 use super::error::{SceneError, SceneProblem};
 use super::{NamedCamera, Scene};
 use crate::camera::Camera;
@@ -98,8 +100,9 @@ fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProbl
         return Err(SceneProblem::NoGeometry { detail });
     }
     frame_if_without_camera(&mut scene, &mut notes)?;
-    lighting::light(&mut scene, placed.lights, &mut notes);
-    lighting::apply_author_hints(&mut scene, &document, &file.exact, &mut notes)?;
+    let hints = lighting::author_hints(&document, &file.exact)?;
+    lighting::light(&mut scene, placed.lights, hints.is_some(), &mut notes);
+    lighting::apply(hints, &mut scene, &mut notes);
     scene.notes = notes.into_sentences();
     Ok(scene)
 }

@@ -5,6 +5,7 @@ use crate::gpu::Gpu;
 use crate::image::{DepthImage, Image};
 use crate::lens::{Lens, MM_PER_M};
 use crate::presets;
+use crate::scene::gltf::Lighting;
 use crate::scene::rgbd::{self, DepthEncoding, RgbdError, RgbdScene};
 use crate::scene::{Scene, SceneError, builtin, gltf};
 use crate::view::{GpuScene, SurfaceOptions, View, ViewError};
@@ -139,6 +140,17 @@ impl Source {
                 let known = names.collect::<Vec<_>>().join(", ");
                 Err(SourceError::Unknown { spec: spec.into(), known })
             }
+        }
+    }
+
+    /// The same source with its light chosen; an image has its light in it.
+    pub fn lit(self, lighting: Lighting) -> Self {
+        match self {
+            Self::Scene(mut scene) if lighting != Lighting::Auto => {
+                gltf::relight(Arc::make_mut(&mut scene), lighting);
+                Self::Scene(scene)
+            }
+            other => other,
         }
     }
 

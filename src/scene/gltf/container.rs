@@ -44,6 +44,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<GltfFile, SceneProblem> {
     let schema =
         |e: serde_json::Error| SceneProblem::invalid("its JSON", format!("does not follow the glTF schema ({e})"));
     reduce::integers(&mut value);
+    reduce::cameras(&mut value);
     let exact = Exact::deserialize(&value).map_err(schema)?;
     reduce::to_what_is_read(&mut value);
     let root = json::Root::deserialize(value).map_err(schema)?;

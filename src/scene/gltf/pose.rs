@@ -181,7 +181,7 @@ impl Blend {
     /// The sum over that of the weights, which exporters round; a vertex without weights
     /// goes with the first joint.
     fn world_from_mesh(&self, first: &DAffine3) -> DAffine3 {
-        if !(self.weight.abs() > 1e-6) {
+        if self.weight.abs() <= 1e-6 {
             return *first;
         }
         let scale = self.weight.recip();

@@ -59,7 +59,6 @@ pub(super) fn to_what_is_read(root: &mut Value) {
     buffers(root);
     materials(root);
     textures(root);
-    each(root, "cameras", camera);
     each(root, "skins", |skin| {
         keep(skin, &["name", "joints", "inverseBindMatrices"]);
         with_default(skin, "joints", json!([]));
@@ -184,7 +183,11 @@ fn textures(root: &mut Value) {
     }
 }
 
-/// A camera has the parameters of its type; those of the other one are ignored.
+/// Leaves every camera the parameters of its type.
+pub(super) fn cameras(root: &mut Value) {
+    each(root, "cameras", camera);
+}
+
 fn camera(camera: &mut Value) {
     let own: &[&str] = match camera.get("type").and_then(Value::as_str) {
         Some("perspective") => &["name", "type", "perspective"],
