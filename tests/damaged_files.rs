@@ -180,12 +180,14 @@ fn extents() {
         |t| t.json[accessors][NORMALS]["count"] = json!(3),
         &["attribute NORMAL", "3 elements for 4 vertices"],
     );
+    // Without a view, all positions are zero: valid, and nothing to draw.
     damaged(
-        "neither view nor sparse",
+        "positions of zeros",
         |t| {
             t.json[accessors][0].as_object_mut().expect("an object").remove("bufferView");
+            t.json[accessors][0]["count"] = json!(1_u64 << 40);
         },
-        &["accessors[0].bufferView", "missing"],
+        &["accessors[0]", "absurd size"],
     );
 }
 

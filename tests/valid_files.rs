@@ -54,32 +54,38 @@ fn what_is_not_read_is_no_reason_to_refuse() {
             t.json["asset"]["extras"] = value.clone();
         })
     };
-    let cases: Vec<(&str, Change)> = vec![
+    let cases: [(&str, Change); 15] = [
         ("extras of null", everywhere(json!(null))),
         ("extras of a number", everywhere(json!(7))),
         ("extras of a list", everywhere(json!([1, "two", null]))),
         ("extras of text", everywhere(json!("text"))),
-        ("integers written 1.0", Box::new(|t| as_floats(&mut t.json))),
-        ("a further scene without nodes", Box::new(|t| t.list("scenes").push(json!({"name": "empty"})))),
-        ("a texture without an image that nothing uses", Box::new(|t| t.json["textures"] = json!([{}]))),
+        ("integers written 1.0", Box::new(|t: &mut TinyGltf| as_floats(&mut t.json))),
+        ("a further scene without nodes", Box::new(|t: &mut TinyGltf| t.list("scenes").push(json!({"name": "empty"})))),
+        ("a texture without an image that nothing uses", Box::new(|t: &mut TinyGltf| t.json["textures"] = json!([{}]))),
         ("an animation of a pointer", Box::new(animated)),
-        ("an unknown member everywhere", Box::new(|t| t.json["nodes"][0]["custom"] = json!({"a": [1]}))),
-        ("an unknown extension", Box::new(|t| t.json["nodes"][0]["extensions"] = json!({"ACME_x": null}))),
+        ("an unknown member everywhere", Box::new(|t: &mut TinyGltf| t.json["nodes"][0]["custom"] = json!({"a": [1]}))),
+        (
+            "an unknown extension",
+            Box::new(|t: &mut TinyGltf| t.json["nodes"][0]["extensions"] = json!({"ACME_x": null})),
+        ),
         (
             "a material with unread textures",
-            Box::new(|t| {
+            Box::new(|t: &mut TinyGltf| {
                 t.json["materials"][0]["extensions"] =
                     json!({"KHR_materials_sheen": {"sheenColorTexture": {"index": 99}}});
             }),
         ),
-        ("filters of a sampler", Box::new(|t| t.json["samplers"] = json!([{"magFilter": 9728, "minFilter": 9985}]))),
+        (
+            "filters of a sampler",
+            Box::new(|t: &mut TinyGltf| t.json["samplers"] = json!([{"magFilter": 9728, "minFilter": 9985}])),
+        ),
         (
             "a buffer that nothing uses",
-            Box::new(|t| t.list("buffers").push(json!({"byteLength": 5, "uri": "absent.bin"}))),
+            Box::new(|t: &mut TinyGltf| t.list("buffers").push(json!({"byteLength": 5, "uri": "absent.bin"}))),
         ),
         (
             "a mesh whose primitive has no positions",
-            Box::new(|t| {
+            Box::new(|t: &mut TinyGltf| {
                 t.list("meshes").push(json!({"primitives": [{"attributes": {}}]}));
                 t.list("nodes").push(json!({"mesh": 1}));
                 t.json["scenes"][0]["nodes"] = json!([0, 1]);
@@ -87,15 +93,16 @@ fn what_is_not_read_is_no_reason_to_refuse() {
         ),
         (
             "a camera with the parameters of both types",
-            Box::new(|t| {
+            Box::new(|t: &mut TinyGltf| {
                 t.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 1.0, "znear": 0.1},
                 "orthographic": {"xmag": 1}}]);
             }),
         ),
     ];
     for (case, change) in cases {
-        let scene = std::panic::catch_unwind(|| load_with(|t| change(t)));
-        let scene = scene.unwrap_or_else(|_| panic!("{case}: refused"));
+        let mut tiny = TinyGltf::square();
+        change(&mut tiny);
+        let scene = gltf::load_bytes("a.glb", &tiny.glb()).unwrap_or_else(|e| panic!("{case}: {e}"));
         assert_eq!(scene.triangle_count(), 2, "{case}");
     }
 }
@@ -516,7 +523,7 @@ fn memory_is_bounded_by_the_file() {
     assert!(message.contains("instances"), "{message}");
 
     let mut flat = TinyGltf::square();
-    flat.add_base_color_texture(&png(6000, 6000, [1, 2, 3]));
+    flat.add_base_color_texture(&png(2500, 2500, [1, 2, 3]));
     let view = flat.json["images"][0].clone();
     flat.json["images"] = json!(vec![view; 12]);
     flat.json["textures"] = json!((0..12).map(|i| json!({"source": i})).collect::<Vec<_>>());
@@ -525,7 +532,7 @@ fn memory_is_bounded_by_the_file() {
     let mut primitives = vec![primitive; 12];
     primitives.iter_mut().enumerate().for_each(|(i, p)| p["material"] = json!(i));
     flat.json["meshes"][0]["primitives"] = json!(primitives);
-    let message = gltf::load_bytes("a.glb", &flat.glb()).expect_err("432 million pixels").to_string();
+    let message = gltf::load_bytes("a.glb", &flat.glb()).expect_err("75 million pixels").to_string();
     assert!(message.contains("pixels"), "{message}");
 }
 
@@ -555,5 +562,5 @@ fn one_small_emitter_leaves_the_rest_lit() {
     let mut chosen = large.clone();
     gltf::relight(&mut chosen, gltf::Lighting::Studio);
     gltf::relight(&mut chosen, gltf::Lighting::Studio);
-    assert!(chosen.lights == small.lights && chosen.environment == small.environment);
+    assert_eq!((chosen.lights.len(), chosen.environment), (1, small.environment));
 }

@@ -87,7 +87,10 @@ impl Setup {
         let camera = source.cameras()[camera].to_owned();
         let display = options.display.display();
         let mut setup = Self { source: uploaded, camera, view, lens, display, metered: None };
-        if options.display.exposure.is_none() && source.is_scene() && builtin::builtin(spec).is_none() {
+        // What shows its base colours alone has no light to be too strong or too weak.
+        let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
+        let is_unlit = options.view.shading == ShadingName::Unlit;
+        if options.display.exposure.is_none() && is_lit && !is_unlit && builtin::builtin(spec).is_none() {
             setup.meter()?;
         }
         Ok(setup)

@@ -12,8 +12,9 @@ use crate::image::{ColorImage, DepthImage};
 /// photographic metering.
 const MIDDLE_GREY: f64 = 0.18;
 
-/// A picture is white if more than half of its surfaces are at least as bright as the screen.
-const WHITE: f32 = 1.0;
+/// A picture is white if more than half of its surfaces are at least this bright: a stop
+/// beyond the screen's white, which no surface has that shows its base colour.
+const WHITE: f32 = 2.0;
 
 /// A picture is black if all but a twentieth of its surfaces are darker than this: a tenth
 /// of the screen's white, which sRGB shows as a third of its signal.

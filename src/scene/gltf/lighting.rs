@@ -46,7 +46,7 @@ pub fn relight(scene: &mut Scene, lighting: Lighting) {
     let added = default_light(scene);
     let is_added = scene.lights.contains(&added);
     match lighting {
-        Lighting::Auto => return,
+        Lighting::Auto => {}
         Lighting::File => {
             scene.lights.retain(|light| *light != added);
             if scene.environment == DEFAULT_ENVIRONMENT {
