@@ -278,7 +278,8 @@ fn two_sets_of_texture_coordinates() {
 
 #[test]
 fn a_texture_that_cannot_be_read_is_grey() {
-    let broken: [(&str, fn(&mut TinyGltf)); 5] = [
+    type Case = (&'static str, fn(&mut TinyGltf));
+    let broken: [Case; 5] = [
         ("does not decode", |t| t.add_base_color_texture(b"this is no image")),
         ("does not decode", |t| t.add_base_color_texture(&png(64, 64, [9, 9, 9])[..60])),
         ("absent.png", |t| {

@@ -7,6 +7,9 @@ use half::f16;
 /// First bytes of a file.
 const MAGIC: &[u8] = b"\x93NUMPY";
 
+/// From the little-endian bytes of an element to its number.
+type Decode = fn(&[u8]) -> f64;
+
 /// Numbers of an array, and the greatest that its type holds where that is an integer.
 #[derive(Debug, PartialEq)]
 pub(super) struct Array {
@@ -46,7 +49,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Array, String> {
         _ => return Err(format!("its shape is {axes:?}, where one number a pixel (height, width) is needed")),
     };
     let (order, kind) = kind.split_at(kind.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(0));
-    let (decode, element, full_scale): (fn(&[u8]) -> f64, u64, f64) = match kind {
+    let (decode, element, full_scale): (Decode, u64, f64) = match kind {
         "f2" => (|b| f16::from_le_bytes([b[0], b[1]]).to_f64(), 2, 1.0),
         "f4" => (|b| f64::from(f32::from_le_bytes([b[0], b[1], b[2], b[3]])), 4, 1.0),
         "f8" => (|b| f64::from_le_bytes([b[0], b[1], b[2], b[3], b[4], b[5], b[6], b[7]]), 8, 1.0),
