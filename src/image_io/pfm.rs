@@ -38,7 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Pfm, String> {
     let (Some(width), Some(height), Some(scale)) = (number(width), number(height), scale) else {
         return Err("its header has no width, height and scale".to_owned());
     };
-    let needed = u64::from(width) * u64::from(height) * channels * 4;
+    let needed = u128::from(width) * u128::from(height) * channels * 4;
     let rest = &bytes[at.min(bytes.len())..];
     let data = usize::try_from(needed).ok().and_then(|needed| rest.get(..needed));
     let Some(data) = data else { return Err(format!("{} of {needed} bytes", rest.len())) };
