@@ -37,13 +37,17 @@ pub fn gltf(data: &[u8]) -> bool {
 
 /// Encodings of depth by the first byte.
 fn encoding(byte: u8) -> DepthEncoding {
-    let kind = match byte % 4 {
+    let kind = match byte % 8 {
         0 => DepthKind::Metres { per_unit: 0.001 },
         1 => DepthKind::Inverse { near_m: 0.1, far_m: f64::INFINITY },
         2 => DepthKind::Device { near_m: 0.1, far_m: 100.0 },
-        _ => DepthKind::Metres { per_unit: 1e-30 },
+        3 => DepthKind::Metres { per_unit: 1e-30 },
+        4 => DepthKind::Distance { per_unit: 1.0 },
+        5 => DepthKind::Relative { near_m: 0.1, far_m: f64::INFINITY },
+        6 => DepthKind::Dioptres { per_unit: 1.0 },
+        _ => DepthKind::Disparity { focal_px: 500.0, baseline_m: 0.1, offset_px: -3.0, per_unit: 1.0 },
     };
-    DepthEncoding { kind, unknown: (byte & 0x80 != 0).then_some(0.0) }
+    DepthEncoding { kind, unknown: (byte & 0x80 != 0).then_some(0.0), infinity: None }
 }
 
 /// A colour image with its depth map; without any byte of depth, an EXR that holds both.

@@ -30,6 +30,7 @@ struct Material {
     normal_scale: f32,
     alpha_cutoff: f32,
     /// Texture transforms, two rows each: base colour, metallic-roughness, normal, emissive.
+    /// The first row's w is 1 where the texture is looked up by the second coordinates.
     uv_rows: array<vec4f, 8>,
 }
 
@@ -65,7 +66,8 @@ struct VertexIn {
     @location(0) position: vec3f,
     @location(1) normal: vec4f,
     @location(2) tangent: vec4f,
-    @location(3) uv: vec2f,
+    /// First and second texture coordinates.
+    @location(3) uv: vec4f,
     @location(4) color: vec4f,
     /// Rows of the instance's affine map from object to view space.
     @location(5) row_x: vec4f,
@@ -78,7 +80,7 @@ struct Surface {
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
-    @location(3) uv: vec2f,
+    @location(3) uv: vec4f,
     @location(4) color: vec4f,
 }
 
@@ -107,8 +109,8 @@ fn vs_surface(in: VertexIn) -> Surface {
     return out;
 }
 
-fn transformed_uv(uv: vec2f, slot: u32) -> vec2f {
-    let p = vec3f(uv, 1.0);
+fn transformed_uv(uv: vec4f, slot: u32) -> vec2f {
+    let p = vec3f(select(uv.xy, uv.zw, material.uv_rows[2u * slot].w > 0.5), 1.0);
     return vec2f(dot(material.uv_rows[2u * slot].xyz, p), dot(material.uv_rows[2u * slot + 1u].xyz, p));
 }
 

@@ -1,16 +1,27 @@
-//! Images from and to files: PNG, JPEG, HDR and EXR in, PNG and EXR out.
+//! Images from and to files: PNG, JPEG, WebP, BMP, TIFF, HDR, PFM and EXR in, PNG and EXR out.
 //!
-//! 8- and 16-bit files hold sRGB-encoded colour and are decoded to linear; HDR and EXR
-//! files are linear already. Every file is written under a temporary name beside its
+//! 8- and 16-bit files hold sRGB-encoded colour and are decoded to linear; files of floats
+//! (HDR, PFM, EXR, TIFF of 32 bits) are linear already. Images stand upright, as their Exif
+//! data say. Every file is written under a temporary name beside its
 //! target and renamed, so that a reader never meets half of one.
 
+mod exr_layers;
 pub mod exr_planes;
+mod npy;
+pub(crate) mod orientation;
+mod pfm;
+mod primaries;
+mod scalar;
 pub mod srgb;
+
+pub use scalar::{Scalars, read_scalars};
 
 use crate::image::{ColorImage, DepthImage, Image};
 use exr_planes::ExrPlanes;
 use glam::{UVec2, Vec3};
-use image::{DynamicImage, ExtendedColorType, ImageEncoder, ImageReader};
+use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
+use orientation::Orientation;
+use pfm::Pfm;
 use srgb::{linear_from_srgb_f32, linear_from_srgb8_table};
 use std::io::{BufWriter, Read, Write};
 use std::path::{Path, PathBuf};
@@ -27,7 +38,7 @@ pub enum ImageError {
         source: std::io::Error,
     },
     /// The content does not decode.
-    #[error("{}: does not decode ({detail}); use an intact PNG, JPEG, HDR or EXR image", file.display())]
+    #[error("{}: does not decode ({detail}); use an intact PNG, JPEG, WebP, BMP, TIFF, HDR, PFM or EXR image", file.display())]
     Undecodable {
         /// The file.
         file: PathBuf,
@@ -51,6 +62,38 @@ pub enum ImageError {
         found: String,
         /// What to do.
         remedy: &'static str,
+    },
+    /// No layer has the name that was given.
+    #[error("{}: has no layer '{wanted}' ({option}); its layers are {known}", file.display())]
+    NoSuchLayer {
+        /// The file.
+        file: PathBuf,
+        /// The name that was given.
+        wanted: String,
+        /// The option that takes it.
+        option: &'static str,
+        /// The layers there are.
+        known: String,
+    },
+    /// Several layers that may be meant.
+    #[error("{}: it is not clear which layer is the {what}: name one of {layers} with {option}", file.display())]
+    UnclearLayer {
+        /// The file.
+        file: PathBuf,
+        /// "picture", "depth" or "layer".
+        what: &'static str,
+        /// The option that takes its name.
+        option: &'static str,
+        /// The layers in question.
+        layers: String,
+    },
+    /// A layer was named of a file that has none.
+    #[error("{}: has no layers to choose from; leave out {option}, which is for EXR files", file.display())]
+    NoLayers {
+        /// The file.
+        file: PathBuf,
+        /// The option.
+        option: &'static str,
     },
     /// No pixels, or more than can be handled.
     #[error("{}: its size is {width} x {height}; between 1 x 1 and {} million pixels are accepted", file.display(), MAX_PIXELS / 1_000_000)]
@@ -90,14 +133,23 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 
 /// Whether the file begins like an OpenEXR file.
 pub fn is_exr(path: &Path) -> Result<bool, ImageError> {
+    read_start(path).map(|start| is_exr_start(&start))
+}
+
+fn is_exr_start(start: &[u8]) -> bool {
+    start.starts_with(&[0x76, 0x2f, 0x31, 0x01])
+}
+
+/// The first bytes of a regular file, by which its format is told.
+fn read_start(path: &Path) -> Result<Vec<u8>, ImageError> {
     let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
     if !std::fs::metadata(path).map_err(unreadable)?.is_file() {
         let source = std::io::Error::new(std::io::ErrorKind::InvalidInput, "not a regular file");
         return Err(unreadable(source));
     }
     let mut start = Vec::new();
-    std::fs::File::open(path).and_then(|file| file.take(4).read_to_end(&mut start)).map_err(unreadable)?;
-    Ok(start == [0x76, 0x2f, 0x31, 0x01])
+    std::fs::File::open(path).and_then(|file| file.take(16).read_to_end(&mut start)).map_err(unreadable)?;
+    Ok(start)
 }
 
 /// Reads a colour image as linear Rec. 709: sRGB-decoded from 8- and 16-bit files, as it
@@ -107,10 +159,33 @@ pub fn is_exr(path: &Path) -> Result<bool, ImageError> {
 ///
 /// The file, the cause and the remedy.
 pub fn read_color(path: &Path) -> Result<ColorImage, ImageError> {
-    if is_exr(path)? {
-        return ExrPlanes::read(path)?.color().map(|(image, _)| image);
+    read_picture(path, None).map(|(image, _)| image)
+}
+
+/// [`read_color`] of an EXR's layer called `layer`, with how the image was turned to stand
+/// upright.
+///
+/// # Errors
+///
+/// Those of [`read_color`]; a layer that the file does not have.
+pub(crate) fn read_picture(path: &Path, layer: Option<&str>) -> Result<(ColorImage, Orientation), ImageError> {
+    let start = read_start(path)?;
+    if is_exr_start(&start) {
+        return ExrPlanes::read(path)?.color(layer).map(|(image, _)| (image, Orientation::NoTransforms));
     }
-    let decoded = decode(path)?;
+    if layer.is_some() {
+        return Err(ImageError::NoLayers { file: path.to_owned(), option: "--layer" });
+    }
+    if pfm::is_pfm(&start) {
+        let bytes = std::fs::read(path).map_err(|source| ImageError::Unreadable { file: path.to_owned(), source })?;
+        let image = match pfm::parse(&bytes) {
+            Ok(Pfm::Grey(grey)) => grey.map(Vec3::splat),
+            Ok(Pfm::Color(rgb)) => rgb.map(Vec3::from),
+            Err(detail) => return Err(ImageError::Undecodable { file: path.to_owned(), detail }),
+        };
+        return Ok((image, Orientation::NoTransforms));
+    }
+    let (decoded, orientation) = decode_with_orientation(path)?;
     let size = UVec2::new(decoded.width(), decoded.height());
     let pixels = match decoded {
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_) => {
@@ -129,17 +204,26 @@ pub fn read_color(path: &Path) -> Result<ColorImage, ImageError> {
             decoded.into_rgb8().as_raw().as_chunks::<3>().0.iter().map(|rgb| Vec3::from(rgb.map(linear))).collect()
         }
     };
-    Ok(Image { size, pixels })
+    Ok((Image { size, pixels }, orientation))
 }
 
-/// Decodes PNG, JPEG or HDR, told apart by their content, within [`MAX_PIXELS`].
-pub(crate) fn decode(path: &Path) -> Result<DynamicImage, ImageError> {
+/// Decodes an image of the formats of the `image` crate, told apart by their content, within
+/// [`MAX_PIXELS`], and turns it upright; the second is how it was turned.
+pub(crate) fn decode_with_orientation(path: &Path) -> Result<(DynamicImage, Orientation), ImageError> {
     let undecodable = |detail: String| ImageError::Undecodable { file: path.to_owned(), detail };
     let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
     let open = || ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(unreadable);
     let (width, height) = open()?.into_dimensions().map_err(|e| undecodable(e.to_string()))?;
     check_size(path, u64::from(width), u64::from(height))?;
-    open()?.decode().map_err(|e| undecodable(e.to_string()))
+    let decode = || {
+        let mut decoder = open().map_err(|e| e.to_string())?.into_decoder().map_err(|e| e.to_string())?;
+        // Exif data that cannot be read say nothing.
+        let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+        let mut image = DynamicImage::from_decoder(decoder).map_err(|e| e.to_string())?;
+        image.apply_orientation(orientation);
+        Ok((image, orientation))
+    };
+    decode().map_err(undecodable)
 }
 
 fn check_size(path: &Path, width: u64, height: u64) -> Result<(), ImageError> {

@@ -316,8 +316,13 @@ impl Lens {
     /// `mean_px`; `None` where no E does that (everything lies at the focus distance).
     pub fn with_mean_coc(&self, mean_px: f64, depths_m: impl IntoIterator<Item = f32>) -> Option<Self> {
         let unit = Self { aperture_diameter_mm: 1.0, ..self.clone() };
-        let mean_of_unit = unit.coc_statistics(depths_m)?.mean_px;
-        let aperture_diameter_mm = mean_px / mean_of_unit;
+        let statistics = unit.coc_statistics(depths_m)?;
+        // Depths in f32 miss the focus by their rounding: a blur of that is none.
+        let greatest_px = statistics.min_signed_px.abs().max(statistics.max_signed_px.abs());
+        if greatest_px <= unit.k_px() * f64::from(f32::EPSILON) {
+            return None;
+        }
+        let aperture_diameter_mm = mean_px / statistics.mean_px;
         aperture_diameter_mm.is_finite().then(|| Self { aperture_diameter_mm, ..self.clone() })
     }
 }

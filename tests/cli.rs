@@ -30,7 +30,7 @@ fn folder() -> TempDir {
     write(folder.path(), "draco.glb", &scene.glb());
     write(folder.path(), "color.png", &png(8, 6, [200, 100, 50]));
     write(folder.path(), "depth.png", &png16(8, 6, |x, _| 1000 + 500 * x as u16));
-    write(folder.path(), "wide.png", &png16(9, 6, |_, _| 1000));
+    write(folder.path(), "wide.png", &png16(16, 6, |_, _| 1000));
     let depth = DepthImage::from_fn(SIZE, |x, _| 1.0 + x as f32 * 0.1);
     write_exr(&folder.path().join("rgbz.exr"), &gradient(64, 48), Some(&depth), None).expect("writes");
     write_exr(&folder.path().join("rgb.exr"), &gradient(8, 6), None, None).expect("writes");
@@ -262,7 +262,7 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("render draco.glb -o out.png", 1, "requires the glTF extension KHR_draco_mesh_compression"),
     ("render rgb.exr -o out.png", 1, "has no depth channel Z"),
     ("render color.png -o out.png", 1, "give a depth map with --depth FILE"),
-    ("render color.png --depth wide.png -o out.png", 1, "give a depth map of the image's own size"),
+    ("render color.png --depth wide.png -o out.png", 1, "give a depth map of the image's own aspect ratio"),
     ("render color.png --depth depth.png --depth-kind inverse -o out.png", 1, "give --depth-range NEAR,FAR"),
     ("render color.png --depth depth.png --depth-scale 0 -o out.png", 1, "must be a positive number"),
     ("render color.png --depth depth.png --overscan 8 -o out.png", 1, "has no overscan"),
@@ -380,4 +380,74 @@ fn an_interruption_leaves_nothing() {
     };
     assert_eq!(status.code(), Some(130));
     assert_eq!(names(folder.path()), before);
+}
+
+/// What is approximated is said on standard error and in the JSON, and light of another
+/// scale is metered unless an exposure is named.
+#[test]
+fn notes_and_metering_are_said() {
+    let folder = folder();
+    let mut bright = TinyGltf::square();
+    bright.json["materials"][0]["alphaMode"] = json!("BLEND");
+    bright.json["extensions"] =
+        json!({"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 6830.0}]}});
+    bright.list("nodes").push(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
+    bright.json["scenes"][0]["nodes"] = json!([0, 1]);
+    write(folder.path(), "bright.glb", &bright.glb());
+    let args = "render bright.glb --size 64x48 --method pinhole -o out.png --json out.json";
+    let output = run(folder.path(), args);
+    let said = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert!(output.status.success() && said.contains("defocus: note: blended materials are cut"), "{said}");
+    assert!(said.contains("EV, metered from the pinhole image"), "{said}");
+    let text = std::fs::read_to_string(folder.path().join("out.json")).expect("written");
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let notes: Vec<&str> = json["notes"].as_array().expect("notes").iter().filter_map(Value::as_str).collect();
+    assert!(notes.iter().any(|n| n.contains("blended")) && notes.iter().any(|n| n.contains("metered")), "{notes:?}");
+    let shown = read_color(&folder.path().join("out.png")).expect("a picture");
+    let middle = shown.at(32, 24).x;
+    assert!((0.05..0.6).contains(&middle), "{middle} is no picture that can be looked at");
+    let quiet = run(folder.path(), &format!("{args} --exposure 0 --quiet"));
+    assert!(quiet.stderr.is_empty(), "{}", String::from_utf8_lossy(&quiet.stderr));
+    assert_eq!(read_color(&folder.path().join("out.png")).expect("a picture").at(32, 24).x, 1.0);
+}
+
+/// The ray tracer, which shares nothing with the rasteriser but the loaded scene, shows a
+/// skin, instances, weights and a second set of texture coordinates alike.
+#[test]
+fn poses_instances_and_second_coordinates_agree_with_the_ray_tracer() {
+    let folder = folder();
+    let mut scene = TinyGltf::square();
+    scene.add_base_color_texture(&png16(4, 4, |x, y| 9000 + 14000 * ((x + y) % 4) as u16));
+    let uv1 = scene.add_accessor(&[0.2, 0.9, 0.8, 0.7, 0.1, 0.3, 0.9, 0.2], "VEC2");
+    scene.json["meshes"][0]["primitives"][0]["attributes"]["TEXCOORD_1"] = json!(uv1);
+    scene.json["materials"][0]["emissiveTexture"] = json!({"index": 0, "texCoord": 1});
+    scene.json["materials"][0]["emissiveFactor"] = json!([0.5, 0.2, 0.1]);
+    scene.json["materials"][0]["doubleSided"] = json!(true);
+    let places = scene.add_accessor(&[-1.2, 0.0, -1.0, 0.3, 0.4, -2.5, 1.1, -0.6, -4.0], "VEC3");
+    let up = scene.add_accessor([[0.0_f32, 0.3, 0.2]; 4].as_flattened(), "VEC3");
+    scene.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": up}]);
+    scene.add_bytes(&[0; 16]);
+    let view = scene.list("bufferViews").len() - 1;
+    scene.list("accessors").push(json!({"bufferView": view, "componentType": 5121, "type": "VEC4", "count": 4}));
+    let joints = scene.list("accessors").len() - 1;
+    let weights = scene.add_accessor([[1.0_f32, 0.0, 0.0, 0.0]; 4].as_flattened(), "VEC4");
+    let mut skinned = scene.json["meshes"][0].clone();
+    (skinned["primitives"][0]["attributes"]["JOINTS_0"], skinned["primitives"][0]["attributes"]["WEIGHTS_0"]) =
+        (json!(joints), json!(weights));
+    scene.list("meshes").push(skinned);
+    scene.json["skins"] = json!([{"joints": [2]}]);
+    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": places}}});
+    scene.json["nodes"] = json!([{"mesh": 0, "weights": [1.0], "extensions": instanced},
+        {"mesh": 1, "skin": 0, "translation": [9.0, 9.0, 9.0]},
+        {"translation": [-0.5, -1.0, 0.0], "scale": [-1.0, 1.0, 1.0], "rotation": [0.0, 0.3, 0.0, 0.9]},
+        {"camera": 0, "translation": [0.0, 0.0, 3.0]}]);
+    scene.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.9, "znear": 0.1}}]);
+    scene.json["scenes"][0]["nodes"] = json!([0, 1, 2, 3]);
+    write(folder.path(), "posed.glb", &scene.glb());
+    // The tracer reads textures without mipmaps, and so does a comparison with it.
+    let compared = "compare posed.glb --size 64x48 --focus 3 --mean-coc 2 --methods accumulation --reference raytrace \
+                    --samples 64 --set accumulation.samples=64 --runs 1 --no-cache --json -";
+    let json = json_of(folder.path(), compared);
+    let psnr = json["results"][0]["psnr_db"].as_f64().expect("a number");
+    assert!(psnr > 40.0, "{psnr} dB");
 }

@@ -180,12 +180,14 @@ fn extents() {
         |t| t.json[accessors][NORMALS]["count"] = json!(3),
         &["attribute NORMAL", "3 elements for 4 vertices"],
     );
+    // Without a view, all positions are zero: valid, and nothing to draw.
     damaged(
-        "neither view nor sparse",
+        "positions of zeros",
         |t| {
             t.json[accessors][0].as_object_mut().expect("an object").remove("bufferView");
+            t.json[accessors][0]["count"] = json!(1_u64 << 40);
         },
-        &["accessors[0].bufferView", "missing"],
+        &["accessors[0]", "absurd size"],
     );
 }
 
@@ -228,7 +230,7 @@ fn references_and_values() {
         |t| primitive(t, "attributes", json!({"POSITION": 77})),
         &["meshes[0].primitives[0].attributes.POSITION"],
     );
-    damaged("no POSITION", |t| primitive(t, "attributes", json!({"NORMAL": 1})), &["POSITION is missing"]);
+    damaged("no POSITION", |t| primitive(t, "attributes", json!({"NORMAL": 1})), &["no triangles to draw"]);
     damaged(
         "indices beyond the accessors",
         |t| primitive(t, "indices", json!(77)),
@@ -306,24 +308,6 @@ fn extensions_images_and_nothing_at_all() {
         &["KHR_draco_mesh_compression", "not supported", "uncompressed"],
     );
     damaged("unknown required extension", |t| t.json["extensionsRequired"] = json!(["ACME_magic"]), &["ACME_magic"]);
-    damaged(
-        "image that does not decode",
-        |t| t.add_base_color_texture(b"this is no image"),
-        &["images[0] \"Picture\"", "does not decode", "PNG or JPEG"],
-    );
-    damaged(
-        "image cut off",
-        |t| t.add_base_color_texture(&png(64, 64, [9, 9, 9])[..60]),
-        &["images[0]", "does not decode"],
-    );
-    damaged(
-        "external image missing",
-        |t| {
-            t.add_base_color_texture(&png(2, 2, [0; 3]));
-            t.json["images"] = json!([{"uri": "absent.png"}]);
-        },
-        &["images[0]", "absent.png", "cannot read"],
-    );
     damaged(
         "texture without its image",
         |t| {
@@ -450,9 +434,9 @@ fn images_with_depth() {
     expect_rgbd_error(
         "another size",
         color,
-        Some(("d.png", &png16(8, 7, |_, _| 9))),
+        Some(("d.png", &png16(8, 16, |_, _| 9))),
         metres,
-        &["8, 7", "8, 6", "own size"],
+        &["8, 16", "8, 6", "own aspect ratio"],
     );
     expect_rgbd_error("depth that does not decode", color, Some(("d.png", b"no image")), metres, &["does not decode"]);
     expect_rgbd_error(
@@ -483,12 +467,12 @@ fn images_with_depth() {
     );
     expect_rgbd_error("NaN alone", ("c.exr", &exr(Some(f32::NAN))), None, metres, &["not one pixel", "depth"]);
     for per_unit in [0.0, f64::NAN] {
-        let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit }, unknown: None };
+        let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit }, ..metres };
         expect_rgbd_error("scale", color, Some(("d.png", &ones)), encoding, &["depth scale", "--depth-scale"]);
     }
-    let reversed = DepthEncoding { kind: DepthKind::Device { near_m: 9.0, far_m: 1.0 }, unknown: None };
+    let reversed = DepthEncoding { kind: DepthKind::Device { near_m: 9.0, far_m: 1.0 }, ..metres };
     expect_rgbd_error("range", color, Some(("d.png", &ones)), reversed, &["0 < near < far", "--depth-range"]);
-    let device = DepthEncoding { kind: DepthKind::Device { near_m: 1.0, far_m: 9.0 }, unknown: None };
+    let device = DepthEncoding { kind: DepthKind::Device { near_m: 1.0, far_m: 9.0 }, ..metres };
     expect_rgbd_error("metres called device", ("c.exr", &whole), None, device, &["value 2", "outside 0 to 1"]);
     let folder = tempfile::tempdir().expect("a temporary folder");
     let path = write(folder.path(), "c.exr", &whole);

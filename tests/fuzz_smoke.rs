@@ -8,9 +8,11 @@ mod tiny_files;
 
 use defocus::app::Document;
 use defocus::study::stress::Random;
+use serde_json::json;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use tiny_files::compressed::compressed;
 use tiny_files::{TinyGltf, gradient, png, png16};
 
 /// Inputs of each target: the same in every run, however fast the machine is.
@@ -52,7 +54,27 @@ fn gltf_seeds() -> Seeds {
     let square = TinyGltf::square();
     let mut textured = square.clone();
     textured.add_base_color_texture(&png(2, 2, [200, 100, 50]));
-    vec![("square.glb", square.glb()), ("square.gltf", square.gltf()), ("textured.glb", textured.glb())]
+    let mut posed = square.clone();
+    let moved = posed.add_accessor([[0.5_f32, 0.0, 0.0]; 4].as_flattened(), "VEC3");
+    posed.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": moved}]);
+    posed.json["meshes"][0]["weights"] = json!([1.0]);
+    posed.add_bytes(&[0; 16]);
+    posed.list("accessors").push(json!({"bufferView": 5, "componentType": 5121, "type": "VEC4", "count": 4}));
+    let weights = posed.add_accessor([[1.0_f32, 0.0, 0.0, 0.0]; 4].as_flattened(), "VEC4");
+    let attributes = &mut posed.json["meshes"][0]["primitives"][0]["attributes"];
+    (attributes["JOINTS_0"], attributes["WEIGHTS_0"]) = (json!(5), json!(weights));
+    posed.json["skins"] = json!([{"joints": [1]}]);
+    let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
+    posed.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {}, {"mesh": 0, "extensions": instanced}]);
+    posed.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    vec![
+        ("square.glb", square.glb()),
+        ("square.gltf", square.gltf()),
+        ("textured.glb", textured.glb()),
+        ("posed.glb", posed.glb()),
+        ("triangles.glb", compressed(3, "TRIANGLES").glb()),
+        ("indices.glb", compressed(3, "INDICES").glb()),
+    ]
 }
 
 fn image_depth_seeds() -> Seeds {
@@ -64,12 +86,29 @@ fn image_depth_seeds() -> Seeds {
     let z = defocus::image::Image::from_fn(size, |x, y| 1.0 + (x * y) as f32);
     defocus::image_io::write_exr(&exr, &gradient(6, 4), Some(&z), None).unwrap();
     let exr = std::fs::read(exr).unwrap();
+    let floats: Vec<f32> = (0..24).map(|i| 1.0 + i as f32).collect();
+    let pfm = [&b"Pf\n6 4\n-1.0\n"[..], bytemuck::cast_slice(&floats)].concat();
+    let header = "{'descr': '<f4', 'fortran_order': False, 'shape': (4, 6), }\n";
+    let length = (header.len() as u16).to_le_bytes();
+    let npy = [&b"\x93NUMPY\x01\0"[..], &length, header.as_bytes(), bytemuck::cast_slice(&floats)].concat();
+    let mut tiff = std::io::Cursor::new(Vec::new());
+    let mut encoder = tiff::encoder::TiffEncoder::new(&mut tiff).unwrap();
+    encoder.write_image::<tiff::encoder::colortype::Gray32Float>(6, 4, &floats).unwrap();
+    let tiff = tiff.into_inner();
+    let mut webp = std::io::Cursor::new(Vec::new());
+    let grey = image::RgbImage::from_pixel(6, 4, image::Rgb([90, 90, 90]));
+    grey.write_to(&mut webp, image::ImageFormat::WebP).unwrap();
+    let webp = webp.into_inner();
     vec![
         ("metres", image_with_depth(0, &color, &depth)),
         ("inverse", image_with_depth(1, &color, &depth)),
         ("device_with_unknown", image_with_depth(0x82, &color, &depth)),
         ("exr_with_depth", image_with_depth(3, &exr, &[])),
         ("exr_twice", image_with_depth(3, &exr, &exr)),
+        ("pfm", image_with_depth(4, &webp, &pfm)),
+        ("npy", image_with_depth(5, &color, &npy)),
+        ("tiff", image_with_depth(6, &color, &tiff)),
+        ("half_size", image_with_depth(7, &color, &png16(3, 2, |x, y| (9 + x + y) as u16))),
     ]
 }
 

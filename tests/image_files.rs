@@ -89,7 +89,7 @@ fn sixteen_bit_depth_is_exact_and_unknown_is_filled() {
     let color = write(folder.path(), "c.png", &png(10, 8, [90, 90, 90]));
     let raw = |x: u32, y: u32| if x == 4 { 0 } else { 1000 + (10 * y + x) as u16 };
     let depth = write(folder.path(), "d.png", &png16(10, 8, raw));
-    let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit: 0.0002 }, unknown: Some(0.0) };
+    let encoding = DepthEncoding { kind: DepthKind::Metres { per_unit: 0.0002 }, unknown: Some(0.0), infinity: None };
     let scene = rgbd::load(&color, Some(&depth), &encoding, 0.7).unwrap_or_else(|e| panic!("{e}"));
     for (x, y) in [(0, 0), (9, 7), (3, 5)] {
         assert_eq!(scene.depth.at(x, y), (f64::from(raw(x, y)) * 0.0002) as f32);

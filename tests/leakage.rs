@@ -8,7 +8,7 @@ mod common;
 mod views;
 
 use common::lens;
-use defocus::image::{ColorImage, Image};
+use defocus::image::Image;
 use defocus::methods::{self, Method, Mipmap, MipmapFilter};
 use glam::{UVec2, Vec3, uvec2};
 use views::blurred;

@@ -87,7 +87,7 @@ fn pairs(folder: &Path, meta: &serde_json::Value) -> Vec<Pair> {
         for depth in existing(&["depth_u16.png", "depth_m.exr", "flat_rgbaz.exr"]) {
             let is_png = depth.extension().is_some_and(|e| e == "png");
             let kind = DepthKind::Metres { per_unit: if is_png { per_unit } else { 1.0 } };
-            pairs.push((color.clone(), Some(depth), DepthEncoding { kind, unknown }));
+            pairs.push((color.clone(), Some(depth), DepthEncoding { kind, unknown, infinity: None }));
         }
     }
     pairs

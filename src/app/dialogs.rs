@@ -13,7 +13,7 @@ use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
 use std::path::{Path, PathBuf};
 
 /// Images that bring no depth of their own.
-const WITHOUT_DEPTH: [&str; 4] = ["png", "jpg", "jpeg", "hdr"];
+const WITHOUT_DEPTH: [&str; 9] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm"];
 
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -43,7 +43,9 @@ impl Purpose {
 
     fn extensions(&self) -> &'static [&'static str] {
         match self {
-            Self::Open => &["glb", "gltf", "exr", "png", "jpg", "jpeg", "hdr", "ron"],
+            Self::Open => {
+                &["glb", "gltf", "exr", "png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm", "ron"]
+            }
             Self::State => &[state::EXTENSION],
             Self::Picture(_, PictureKind::Png) => &["png"],
             Self::Picture(_, PictureKind::Exr) => &["exr"],
@@ -228,22 +230,43 @@ impl Asking {
             DepthKind::Metres { .. } => 0,
             DepthKind::Inverse { .. } => 1,
             DepthKind::Device { .. } => 2,
+            DepthKind::Distance { .. } => 3,
+            DepthKind::Relative { .. } => 4,
+            DepthKind::Dioptres { .. } => 5,
+            DepthKind::Disparity { .. } => 6,
         };
-        let help = "Metres along the optical axis; disparity, greater is nearer; or a depth buffer, 0 is near.";
-        if choice(ui, "Numbers are", help, &mut chosen, &["metres", "inverse", "device"]) {
+        let help = "Metres along the optical axis; inverse depth, greater is nearer; a depth buffer, 0 is near; \
+                    metres along each ray; inverse depth of a network, whose ends are asked for; inverse metres; \
+                    or pixels between two cameras.";
+        let kinds = ["metres", "inverse", "device", "distance", "relative", "dioptres", "disparity"];
+        if choice(ui, "Numbers are", help, &mut chosen, &kinds) {
             let (near_m, far_m) = (0.5, 20.0);
             *kind = match chosen {
                 0 => DepthKind::Metres { per_unit: 1.0 },
                 1 => DepthKind::Inverse { near_m, far_m },
-                _ => DepthKind::Device { near_m, far_m },
+                2 => DepthKind::Device { near_m, far_m },
+                3 => DepthKind::Distance { per_unit: 1.0 },
+                4 => DepthKind::Relative { near_m, far_m },
+                5 => DepthKind::Dioptres { per_unit: 1.0 },
+                _ => DepthKind::Disparity { focal_px: 1000.0, baseline_m: 0.1, offset_px: 0.0, per_unit: 1.0 },
             };
         }
         let row = |name, help, unit, log| Field { name, help, unit, range: log..=1000.0, log: Some(log), reset: None };
         match kind {
-            DepthKind::Metres { per_unit } => {
+            DepthKind::Metres { per_unit } | DepthKind::Distance { per_unit } => {
                 row("Metres a unit", "0.001 for millimetres.", " m", 1e-4).show(ui, per_unit);
             }
-            DepthKind::Inverse { near_m, far_m } | DepthKind::Device { near_m, far_m } => {
+            DepthKind::Dioptres { per_unit } => {
+                row("Dioptres a unit", "1 for inverse metres.", " /m", 1e-4).show(ui, per_unit);
+            }
+            DepthKind::Disparity { focal_px, baseline_m, per_unit, .. } => {
+                row("Pixels a unit", "1/256 for KITTI.", " px", 1e-4).show(ui, per_unit);
+                row("Focal length", "In pixels of the disparity map.", " px", 1e-2).show(ui, focal_px);
+                row("Baseline", "Distance of the two cameras.", " m", 1e-4).show(ui, baseline_m);
+            }
+            DepthKind::Inverse { near_m, far_m }
+            | DepthKind::Device { near_m, far_m }
+            | DepthKind::Relative { near_m, far_m } => {
                 row("Nearest", "Depth of the nearest number.", " m", 0.01).show(ui, near_m);
                 row("Farthest", "Depth of the farthest number; may be infinite.", " m", 0.01).show(ui, far_m);
             }
@@ -284,7 +307,7 @@ impl Asking {
         }
         let depth_file = PathBuf::from(self.depth_file.trim());
         let depth = match self.needs_depth() {
-            true => DepthArgs { file: Some(depth_file), encoding: self.encoding },
+            true => DepthArgs { file: Some(depth_file), encoding: self.encoding, ..DepthArgs::default() },
             false => DepthArgs::default(),
         };
         Answer { purpose: self.purpose.clone(), file, depth }
@@ -297,7 +320,7 @@ impl Asking {
         }
         let (extensions, title) = match field {
             Asked::File => (self.purpose.extensions(), self.purpose.title()),
-            Asked::Depth => (&["png", "exr"][..], "Depth of the image"),
+            Asked::Depth => (&["png", "exr", "pfm", "npy", "tif", "tiff"][..], "Depth of the image"),
         };
         let saving = field == Asked::File && !self.purpose.reads();
         self.browsing = Some((field, Browsing::start(ctx, title, extensions, saving)));

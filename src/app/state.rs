@@ -219,15 +219,29 @@ fn distinct(document: &Document) -> Vec<&PaneState> {
 }
 
 fn depth_words(depth: &DepthArgs, words: &mut Vec<String>) {
+    let named = [("--layer", &depth.layer), ("--depth-layer", &depth.depth_layer)];
+    words.extend(named.into_iter().filter_map(|(option, name)| Some([option.into(), name.clone()?])).flatten());
     let Some(file) = &depth.file else { return };
     words.extend(["--depth".into(), file.to_string_lossy().into_owned()]);
     let range = |kind: &str, near: f64, far: f64| {
         ["--depth-kind".into(), kind.into(), "--depth-range".into(), format!("{near},{far}")]
     };
+    let scaled =
+        |kind: &str, per_unit: f64| ["--depth-kind".into(), kind.into(), "--depth-scale".into(), per_unit.to_string()];
     match depth.encoding.kind {
         DepthKind::Metres { per_unit } => words.extend(["--depth-scale".into(), per_unit.to_string()]),
+        DepthKind::Distance { per_unit } => words.extend(scaled("distance", per_unit)),
+        DepthKind::Dioptres { per_unit } => words.extend(scaled("dioptres", per_unit)),
         DepthKind::Inverse { near_m, far_m } => words.extend(range("inverse", near_m, far_m)),
         DepthKind::Device { near_m, far_m, .. } => words.extend(range("device", near_m, far_m)),
+        DepthKind::Relative { near_m, far_m } => words.extend(range("relative", near_m, far_m)),
+        DepthKind::Disparity { focal_px, baseline_m, offset_px, per_unit } => {
+            words.extend(scaled("disparity", per_unit));
+            words.extend(["--depth-calibration".into(), format!("{focal_px},{baseline_m},{offset_px}")]);
+        }
+    }
+    if let Some(infinity) = depth.encoding.infinity {
+        words.extend(["--depth-infinity".into(), infinity.to_string()]);
     }
     if let Some(unknown) = depth.encoding.unknown {
         words.extend(["--depth-unknown".into(), unknown.to_string()]);

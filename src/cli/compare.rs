@@ -1,7 +1,7 @@
 //! `defocus compare`: methods against a reference.
 
 use super::args::CompareArgs;
-use super::output::{check_json, check_target, command_line, is_stdout, parent_of, print, write_json};
+use super::output::{check_json, check_target, command_line, is_stdout, parent_of, print, print_notes, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -35,6 +35,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         scene: &args.scene,
         lens: &args.lens,
         view: &args.view,
+        display: &args.display,
         adapter: args.run.adapter.as_deref(),
         // The tracer reads textures without mipmaps: like is compared with like.
         stereo: None,
@@ -47,6 +48,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         not_run.iter().map(|left| format!("{}: {}", left.method, left.reason)).collect::<Vec<_>>().join("; ")
     );
 
+    print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let truth = truth(args, &mut setup, reference, &bar)?;
     let comparison = compare_all(args, &mut setup, &methods, truth.as_ref(), &bar)?;
@@ -55,7 +57,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     check_interrupt()?;
     if let Some(folder) = &args.output {
         let results = Results { json: &json, comparison: &comparison, truth: truth.as_ref() };
-        write_folder(folder, args, &setup, &results)?;
+        write_folder(folder, &setup, &results)?;
     }
     write_json(args.run.json.json.as_ref(), &json)?;
     if !is_stdout(args.run.json.json.as_ref()) {
@@ -76,7 +78,7 @@ fn truth(
         None if setup.view.is_scene() => Reference::Accumulation,
         None => return Ok(None),
     };
-    let (view_dependent, display) = (args.view.view_dependent, args.display.display());
+    let (view_dependent, display) = (args.view.view_dependent, setup.display);
     let request = ReferenceRequest { reference, samples: args.samples, view_dependent, display };
     let (source, view) = (&setup.source, &mut setup.view);
     let cache = args.cache.cache();
@@ -96,7 +98,7 @@ fn compare_all(
     bar: &Bar,
 ) -> anyhow::Result<Comparison> {
     let gpu = setup.gpu();
-    let display = args.display.display();
+    let display = setup.display;
     let rounds = Rounds { warmup: args.warmup, runs: args.runs, redraw: false };
     let request = CompareRequest { lens: &setup.lens, methods, truth, display, rounds };
     Ok(compare(&gpu, &mut setup.view, &request, &mut |step| bar.step(step))?)
@@ -109,11 +111,11 @@ struct Results<'a> {
 }
 
 /// Writes everything to a temporary folder beside the target and then moves it there.
-fn write_folder(folder: &Path, args: &CompareArgs, setup: &Setup, results: &Results<'_>) -> anyhow::Result<()> {
+fn write_folder(folder: &Path, setup: &Setup, results: &Results<'_>) -> anyhow::Result<()> {
     let cannot =
         || format!("{}: cannot write it; check that its folder may be written and has space", folder.display());
     let temporary = tempfile::Builder::new().prefix(".defocus-").tempdir_in(parent_of(folder)).with_context(cannot)?;
-    write_files(temporary.path(), args, setup, results)?;
+    write_files(temporary.path(), setup, results)?;
     check_interrupt()?;
     std::fs::create_dir_all(folder).with_context(cannot)?;
     for file in std::fs::read_dir(temporary.path()).with_context(cannot)? {
@@ -123,8 +125,8 @@ fn write_folder(folder: &Path, args: &CompareArgs, setup: &Setup, results: &Resu
     Ok(())
 }
 
-fn write_files(folder: &Path, args: &CompareArgs, setup: &Setup, results: &Results<'_>) -> anyhow::Result<()> {
-    let display = args.display.display();
+fn write_files(folder: &Path, setup: &Setup, results: &Results<'_>) -> anyhow::Result<()> {
+    let display = setup.display;
     let images: Vec<_> = results
         .comparison
         .results
@@ -153,7 +155,7 @@ fn write_files(folder: &Path, args: &CompareArgs, setup: &Setup, results: &Resul
         images: &images,
         display,
         command: &command_line(),
-        notes: setup.source.source().notes(),
+        notes: &setup.notes(),
     })
     .context("cannot make the report")?;
     write_atomically(&folder.join("report.html"), |file| file.write_all(html.as_bytes()))?;

@@ -11,23 +11,50 @@ use std::path::PathBuf;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Scene")]
 pub struct SceneOptions {
-    /// A built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth (.png, .jpg, .hdr, .exr)
+    /// A built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth (.png, .jpg, .webp, .bmp,
+    /// .tif, .hdr, .pfm, .exr)
     pub scene: String,
-    /// Depth of the image, if it has no Z channel of its own: an EXR, or a PNG of 8 or 16 bits
+    /// Depth of the image, if it has none of its own: an EXR, PFM, NumPy array, TIFF, or a PNG of 8 or 16
+    /// bits; of another size than the image, it is resampled with edges kept
     #[arg(long, value_name = "FILE")]
     pub depth: Option<PathBuf>,
     /// What the depth's numbers mean
     #[arg(long, value_name = "KIND", value_enum, default_value_t = DepthKindName::Metres)]
     pub depth_kind: DepthKindName,
-    /// Depths in metres between which inverse and device numbers lie; FAR may be inf
+    /// Depths in metres between which inverse, relative and device numbers lie; FAR may be inf
     #[arg(long, value_name = "NEAR,FAR", value_parser = parse_range, allow_hyphen_values = true)]
     pub depth_range: Option<Range>,
-    /// Metres in a unit of the depth's numbers, such as 0.001 for millimetres [default: 1]
+    /// Metres, dioptres or pixels of disparity in a unit of the depth's numbers, such as 0.001 for
+    /// millimetres [default: 1]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub depth_scale: Option<f64>,
     /// The number that means "not measured"
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     pub depth_unknown: Option<f32>,
+    /// The number that means "infinitely far", such as 0
+    #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
+    pub depth_infinity: Option<f32>,
+    /// Of a stereo pair: focal length in pixels of the disparity map, baseline in metres, and the
+    /// difference of the principal points in pixels (Middlebury's doffs)
+    #[arg(long, value_name = "FOCAL_PX,BASELINE_M[,OFFSET_PX]", value_parser = parse_calibration, allow_hyphen_values = true)]
+    pub depth_calibration: Option<Calibration>,
+    /// The EXR layer that is the picture [default: Combined, beauty, rgba or one without a name]
+    #[arg(long, value_name = "NAME")]
+    pub layer: Option<String>,
+    /// The EXR layer or channel that is depth [default: Z, depth, Depth.Z, Depth.V or the like]
+    #[arg(long, value_name = "NAME")]
+    pub depth_layer: Option<String>,
+}
+
+/// A stereo pair's calibration.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Calibration {
+    /// Focal length, px.
+    pub focal_px: f64,
+    /// Distance of the cameras, metres.
+    pub baseline_m: f64,
+    /// Difference of the principal points, px.
+    pub offset_px: f64,
 }
 
 /// What a depth file's numbers mean.
@@ -35,8 +62,16 @@ pub struct SceneOptions {
 pub enum DepthKindName {
     /// Distance along the optical axis, in units of --depth-scale
     Metres,
-    /// Disparity between 1/FAR and 1/NEAR of --depth-range, greater is nearer
+    /// Distance along each pixel's ray by the field of view (--fov), in units of --depth-scale
+    Distance,
+    /// Inverse depth between 1/FAR and 1/NEAR of --depth-range, greater is nearer
     Inverse,
+    /// Inverse depth of a network (MiDaS, Depth Anything): its greatest number is at NEAR, its least at FAR
+    Relative,
+    /// Inverse metres, in units of --depth-scale
+    Dioptres,
+    /// Pixels between the two images of --depth-calibration, in units of --depth-scale
+    Disparity,
     /// A depth buffer over --depth-range, 0 is near
     Device,
 }
@@ -98,6 +133,10 @@ pub struct ViewOptions {
     /// Margin drawn around the image for rays that leave it, px; auto: half the greatest CoC, at most 96
     #[arg(long, value_name = "auto|PX", default_value = "auto", value_parser = parse_overscan)]
     pub overscan: Overscan,
+    /// What lights a scene file: its own light, with a directional light and a neutral studio where it has
+    /// hardly any; its own alone; or the added light, whatever it has
+    #[arg(long, value_enum, default_value_t = LightName::Auto)]
+    pub light: LightName,
     /// What surfaces show: lights and materials, or base colours only
     #[arg(long, value_enum, default_value_t = ShadingName::Scene)]
     pub shading: ShadingName,
@@ -107,6 +146,17 @@ pub struct ViewOptions {
     /// Set a parameter of a method (repeatable), as `defocus methods` lists them
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,
+}
+
+/// What lights a scene file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LightName {
+    /// The file's own light, and the added one where it has hardly any
+    Auto,
+    /// The file's own light alone
+    File,
+    /// The added light beside the file's own
+    Studio,
 }
 
 /// What surfaces show.
@@ -122,18 +172,19 @@ pub enum ShadingName {
 #[derive(Clone, Copy, Debug, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayOptions {
-    /// Exposure before tone mapping, EV
-    #[arg(long, value_name = "EV", default_value_t = 0.0, allow_hyphen_values = true, value_parser = parse_exposure)]
-    pub exposure: f32,
+    /// Exposure before tone mapping, EV [default: 0; metered from the pinhole image for a scene file that
+    /// would be white or black]
+    #[arg(long, value_name = "EV", allow_hyphen_values = true, value_parser = parse_exposure)]
+    pub exposure: Option<f32>,
     /// Tone map: none, reinhard or agx
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = parse_tone_map)]
     pub tonemap: ToneMap,
 }
 
 impl DisplayOptions {
-    /// The display.
+    /// The display; its exposure is 0 where none is named.
     pub fn display(&self) -> Display {
-        Display { exposure_ev: self.exposure, tone_map: self.tonemap }
+        Display { exposure_ev: self.exposure.unwrap_or(0.0), tone_map: self.tonemap }
     }
 }
 
@@ -227,6 +278,15 @@ fn pair<T: std::str::FromStr>(text: &str, separator: char) -> Option<[T; 2]> {
 fn parse_range(text: &str) -> Result<Range, String> {
     let [near_m, far_m] = pair(text, ',').ok_or("give two distances in metres, such as 0.5,20")?;
     Ok(Range { near_m, far_m })
+}
+
+fn parse_calibration(text: &str) -> Result<Calibration, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|n| n.trim().parse().ok()).collect();
+    match numbers.as_deref() {
+        Some(&[focal_px, baseline_m]) => Ok(Calibration { focal_px, baseline_m, offset_px: 0.0 }),
+        Some(&[focal_px, baseline_m, offset_px]) => Ok(Calibration { focal_px, baseline_m, offset_px }),
+        _ => Err("give a focal length in pixels and a baseline in metres, such as 1050,0.16".into()),
+    }
 }
 
 fn parse_pixel(text: &str) -> Result<UVec2, String> {

@@ -76,6 +76,14 @@ pub fn print(text: &str) -> anyhow::Result<()> {
     }
 }
 
+/// Says on standard error what is approximated or left out of a scene, a line each.
+pub fn print_notes(notes: &[String], quiet: bool) {
+    for note in notes.iter().filter(|_| !quiet) {
+        // A note may quote names and messages of a file.
+        eprintln!("defocus: note: {}", note.split_whitespace().collect::<Vec<_>>().join(" "));
+    }
+}
+
 /// An error unless a folder is there, or can be made, under that name.
 pub fn check_target(folder: &Path) -> anyhow::Result<()> {
     let parent = parent_of(folder);

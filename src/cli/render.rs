@@ -2,7 +2,7 @@
 
 use super::args::RenderArgs;
 use super::inside;
-use super::output::{ImageKind, check_folder_of, check_json, check_target, is_stdout, print, write_json};
+use super::output::{ImageKind, check_folder_of, check_json, check_target, is_stdout, print, print_notes, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
@@ -41,16 +41,18 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         scene: &args.scene,
         lens: &args.lens,
         view: &args.view,
+        display: &args.display,
         adapter: args.run.adapter.as_deref(),
         mipmaps: true,
         stereo: stereo.map(|stereo| stereo.layout),
     })?;
+    print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let mut draw = |setup: &mut Setup| match &method {
-        Some(method) => Ok((params_json(method.as_ref()), by_method(args, setup, method.as_ref(), &bar)?)),
+        Some(method) => Ok((params_json(method.as_ref()), by_method(setup, method.as_ref(), &bar)?)),
         None => traced(args, setup, &bar),
     };
-    let display = args.display.display();
+    let display = setup.display;
     let picture = match stereo {
         Some(stereo) => Picture::of_two(&mut setup, stereo, display, &mut draw)?,
         None => Picture::of_one(&mut setup, display, &mut draw)?,
@@ -98,7 +100,7 @@ fn chosen(args: &RenderArgs) -> anyhow::Result<Box<dyn Method>> {
     Ok(method)
 }
 
-fn by_method(args: &RenderArgs, setup: &mut Setup, method: &dyn Method, bar: &Bar) -> anyhow::Result<Rendered> {
+fn by_method(setup: &mut Setup, method: &dyn Method, bar: &Bar) -> anyhow::Result<Rendered> {
     let gpu = setup.gpu();
     if method.about().id != "accumulation" || !setup.view.is_scene() || setup.lens.aperture_diameter_mm == 0.0 {
         return Ok(study::render(&gpu, &mut setup.view, &setup.lens, method)?);
@@ -107,7 +109,7 @@ fn by_method(args: &RenderArgs, setup: &mut Setup, method: &dyn Method, bar: &Ba
     let params = params_json(method);
     let samples = params.get("samples").and_then(|v| v.as_u64()).unwrap_or_default() as u32;
     let view_dependent = params.get("view_dependent").and_then(|v| v.as_bool()).unwrap_or_default();
-    let display = args.display.display();
+    let display = setup.display;
     let request = ReferenceRequest { reference: Reference::Accumulation, samples, view_dependent, display };
     Ok(accumulate(&gpu, &mut setup.view, &setup.lens, &request, &mut |step| bar.step(step))?.rendered)
 }
@@ -117,7 +119,7 @@ type Traced = (serde_json::Map<String, serde_json::Value>, Rendered);
 fn traced(args: &RenderArgs, setup: &mut Setup, bar: &Bar) -> anyhow::Result<Traced> {
     let samples = args.samples.unwrap_or(DEFAULT_TRACED_SAMPLES);
     let view_dependent = args.view.view_dependent;
-    let display = args.display.display();
+    let display = setup.display;
     let request = ReferenceRequest { reference: Reference::RayTrace, samples, view_dependent, display };
     let (source, view) = (&setup.source, &mut setup.view);
     let truth = render_reference(source, view, &setup.lens, &request, &mut |step| bar.step(step))?;

@@ -1,17 +1,25 @@
 //! From options to a view and a lens.
 
-use super::options::{DepthKindName, FieldOfView, LensOptions, Overscan, SceneOptions, ShadingName, ViewOptions};
+use super::options::{
+    DepthKindName, DisplayOptions, FieldOfView, LensOptions, LightName, Overscan, SceneOptions, ShadingName,
+    ViewOptions,
+};
 use anyhow::{Context, ensure};
 use defocus::camera::Camera;
+use defocus::display::Display;
 use defocus::gpu::Gpu;
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
+use defocus::methods;
 use defocus::presets;
+use defocus::scene::builtin;
+use defocus::scene::gltf::Lighting;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::stereo::Layout;
+use defocus::study::meter::exposure_ev;
 use defocus::study::results::Setting;
 use defocus::study::source::{default_focus_m, visibly_open};
-use defocus::study::{DepthArgs, GpuSource, Source};
+use defocus::study::{self, DepthArgs, GpuSource, Source};
 use defocus::view::{SurfaceOptions, View, auto_overscan_px};
 use glam::UVec2;
 
@@ -25,6 +33,9 @@ pub struct Setup {
     pub view: View,
     /// The lens, checked.
     pub lens: Lens,
+    /// How colours are shown.
+    pub display: Display,
+    metered: Option<String>,
 }
 
 /// What makes a setup.
@@ -32,6 +43,7 @@ pub struct SetupOptions<'a> {
     pub scene: &'a SceneOptions,
     pub lens: &'a LensOptions,
     pub view: &'a ViewOptions,
+    pub display: &'a DisplayOptions,
     pub adapter: Option<&'a str>,
     /// Whether textures are mipmapped.
     pub mipmaps: bool,
@@ -42,10 +54,11 @@ pub struct SetupOptions<'a> {
 impl Setup {
     /// Checks the options, cheapest first, opens source and adapter, and sets the lens.
     pub fn new(options: &SetupOptions<'_>) -> anyhow::Result<Self> {
-        let depth_args = depth_args(options.scene)?;
-        let parts = lens_parts(options.lens)?;
         check_fov(options.view.fov)?;
-        let source = Source::open(&options.scene.scene, &depth_args)?;
+        let depth_args = depth_args(options.scene, options.view.fov)?;
+        let parts = lens_parts(options.lens)?;
+        let spec = &options.scene.scene;
+        let source = Source::open(spec, &depth_args)?.lit(lighting(options.view.light));
         let camera = source.camera_index(&options.view.camera)?;
         check_overscan(options.view.overscan, &source)?;
 
@@ -72,7 +85,27 @@ impl Setup {
             view.set_size(&gpu, size, overscan)?;
         }
         let camera = source.cameras()[camera].to_owned();
-        Ok(Self { source: uploaded, camera, view, lens })
+        let display = options.display.display();
+        let mut setup = Self { source: uploaded, camera, view, lens, display, metered: None };
+        // What shows its base colours alone has no light to be too strong or too weak.
+        let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
+        let is_unlit = options.view.shading == ShadingName::Unlit;
+        if options.display.exposure.is_none() && is_lit && !is_unlit && builtin::builtin(spec).is_none() {
+            setup.meter()?;
+        }
+        Ok(setup)
+    }
+
+    /// Exposes a scene that would be white or black by its pinhole image.
+    fn meter(&mut self) -> anyhow::Result<()> {
+        let (gpu, pinhole) = (self.gpu(), methods::by_id("pinhole")?);
+        let seen = study::render(&gpu, &mut self.view, &self.lens, pinhole.as_ref())?.color;
+        if let Some(ev) = exposure_ev(&seen, &self.view.depth_m(&gpu)) {
+            self.display.exposure_ev = ev;
+            self.metered =
+                Some(format!("exposure: {ev:+.1} EV, metered from the pinhole image (--exposure 0 for none)"));
+        }
+        Ok(())
     }
 
     /// The GPU.
@@ -89,35 +122,70 @@ impl Setup {
     pub fn setting(&mut self) -> Setting {
         let depth = self.depth_m();
         let coc = self.lens.coc_statistics(depth.pixels.iter().copied());
-        let name = self.source.source().name();
-        Setting::new(self.source.gpu(), name, &self.camera, self.view.size(), &self.lens, coc)
+        let source = self.source.source();
+        let setting = Setting::new(self.source.gpu(), source.name(), &self.camera, self.view.size(), &self.lens, coc);
+        Setting { notes: self.notes(), ..setting }
+    }
+
+    /// What was approximated, left out or filled in, one sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        self.source.source().notes().iter().chain(&self.metered).cloned().collect()
     }
 }
 
-fn depth_args(options: &SceneOptions) -> anyhow::Result<DepthArgs> {
+fn lighting(light: LightName) -> Lighting {
+    match light {
+        LightName::Auto => Lighting::Auto,
+        LightName::File => Lighting::File,
+        LightName::Studio => Lighting::Studio,
+    }
+}
+
+fn depth_args(options: &SceneOptions, fov: FieldOfView) -> anyhow::Result<DepthArgs> {
+    use DepthKindName::{Device, Dioptres, Disparity, Distance, Inverse, Metres, Relative};
+    let kind = options.depth_kind;
+    let (takes_range, takes_calibration) = (matches!(kind, Inverse | Relative | Device), kind == Disparity);
+    ensure!(
+        takes_range || options.depth_range.is_none(),
+        "--depth-range goes with --depth-kind inverse, relative or device; the other kinds take --depth-scale"
+    );
+    ensure!(
+        !takes_range || options.depth_scale.is_none(),
+        "--depth-scale goes with --depth-kind metres, distance, dioptres or disparity; the others take --depth-range NEAR,FAR"
+    );
+    ensure!(
+        takes_calibration || options.depth_calibration.is_none(),
+        "--depth-calibration goes with --depth-kind disparity"
+    );
     let range = || {
         options.depth_range.context(
-            "--depth-kind inverse and device need the depths that they lie between: give --depth-range NEAR,FAR",
+            "--depth-kind inverse, relative and device need the depths that they lie between: give --depth-range NEAR,FAR",
         )
     };
-    let kind = match options.depth_kind {
-        DepthKindName::Metres => {
-            ensure!(
-                options.depth_range.is_none(),
-                "--depth-range goes with --depth-kind inverse or device; metres take --depth-scale METRES"
-            );
-            DepthKind::Metres { per_unit: options.depth_scale.unwrap_or(1.0) }
+    let per_unit = options.depth_scale.unwrap_or(1.0);
+    let kind = match kind {
+        Metres => DepthKind::Metres { per_unit },
+        Distance => DepthKind::Distance { per_unit },
+        Dioptres => DepthKind::Dioptres { per_unit },
+        Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
+        Relative => DepthKind::Relative { near_m: range()?.near_m, far_m: range()?.far_m },
+        Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
+        Disparity => {
+            let given = options.depth_calibration.context(
+                "--depth-kind disparity needs the cameras: give --depth-calibration FOCAL_PX,BASELINE_M[,OFFSET_PX]",
+            )?;
+            let (focal_px, baseline_m, offset_px) = (given.focal_px, given.baseline_m, given.offset_px);
+            DepthKind::Disparity { focal_px, baseline_m, offset_px, per_unit }
         }
-        DepthKindName::Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
-        DepthKindName::Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
     };
-    ensure!(
-        options.depth_scale.is_none() || options.depth_kind == DepthKindName::Metres,
-        "--depth-scale goes with --depth-kind metres; inverse and device take --depth-range NEAR,FAR"
-    );
-    let encoding = DepthEncoding { kind, unknown: options.depth_unknown };
+    let encoding = DepthEncoding { kind, unknown: options.depth_unknown, infinity: options.depth_infinity };
     encoding.check()?;
-    Ok(DepthArgs { file: options.depth.clone(), encoding })
+    let fov_y = match fov {
+        FieldOfView::Degrees(degrees) => Some(degrees.to_radians()),
+        FieldOfView::Camera | FieldOfView::Display => None,
+    };
+    let (layer, depth_layer) = (options.layer.clone(), options.depth_layer.clone());
+    Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y })
 }
 
 /// The lens without focus and, unless given, with a closed aperture; all other parts checked.

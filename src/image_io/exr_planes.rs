@@ -1,12 +1,13 @@
 //! OpenEXR files as named float planes, multi-part files included.
 
-use super::{ImageError, check_size};
+use super::exr_layers::{self, Layer};
+use super::{ImageError, check_size, primaries};
 use crate::image::{ColorImage, Image};
 use exr::prelude::{
-    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Layer, LayerAttributes, ReadChannels, ReadLayers,
+    AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, LayerAttributes, ReadChannels, ReadLayers,
     WritableImage,
 };
-use glam::{IVec2, UVec2, Vec3};
+use glam::{IVec2, Mat3, UVec2, Vec3};
 use std::fmt::Write as _;
 use std::io::{Cursor, Read, Write};
 use std::path::{Path, PathBuf};
@@ -18,9 +19,12 @@ const DEEP_FLAG: u32 = 1 << 11;
 pub struct ExrPlanes {
     file: PathBuf,
     parts: Vec<Part>,
+    layers: Vec<Layer>,
+    /// From the file's primaries to linear Rec. 709, where they differ.
+    rec709_from_file: Option<Mat3>,
 }
 
-/// One part (layer) of a file: channels over one data window.
+/// One part of a file: channels over one data window.
 struct Part {
     name: String,
     view: String,
@@ -37,9 +41,9 @@ pub struct Window {
     pub size: UVec2,
 }
 
-/// Which part colour came from, so that depth can be taken from the same view.
+/// Which layer colour came from, so that depth can be taken from the same view.
 pub struct ColorPart {
-    index: usize,
+    layer: Layer,
     /// Its data window.
     pub window: Window,
 }
@@ -60,56 +64,185 @@ impl ExrPlanes {
             .all_attributes()
             .from_file(path)
             .map_err(|e| ImageError::Undecodable { file: path.to_owned(), detail: e.to_string() })?;
-        let parts = image.layer_data.into_iter().map(Part::new).collect();
-        Ok(Self { file: path.to_owned(), parts })
+        let rec709_from_file = image.attributes.chromaticities.and_then(|c| primaries::rec709_from(&c));
+        let parts: Vec<Part> = image.layer_data.into_iter().map(Part::new).collect();
+        // Subsampled channels, shorter than the window, do not count.
+        let whole = |part: &Part, values: &[f32]| values.len() == part.window.pixels();
+        let names = parts.iter().map(|part| {
+            let channels = part.channels.iter().map(|(name, values)| if whole(part, values) { name } else { "" });
+            (part.name.as_str(), part.view.as_str(), channels.collect())
+        });
+        let layers = Layer::all(names);
+        Ok(Self { file: path.to_owned(), parts, layers, rec709_from_file })
     }
 
-    /// The first part with R, G and B (or, failing that, the first with luminance Y alone).
+    /// The picture: the layer called `layer`, or the one that is the picture by its name
+    /// (no name, Combined, beauty, rgba ...), or the only one that can be. Luminance alone
+    /// makes a grey picture.
     ///
     /// # Errors
     ///
-    /// [`ImageError::MissingChannel`].
-    pub fn color(&self) -> Result<(ColorImage, ColorPart), ImageError> {
-        for names in [["R", "G", "B"], ["Y", "Y", "Y"]] {
-            for (index, part) in self.parts.iter().enumerate() {
-                if let [Some(r), Some(g), Some(b)] = names.map(|name| part.channel(name)) {
-                    let pixels = r.iter().zip(g).zip(b).map(|((&r, &g), &b)| Vec3::new(r, g, b)).collect();
-                    let image = Image { size: part.window.size, pixels };
-                    return Ok((image, ColorPart { index, window: part.window }));
-                }
+    /// [`ImageError::MissingChannel`], [`ImageError::NoSuchLayer`],
+    /// [`ImageError::UnclearLayer`].
+    pub fn color(&self, layer: Option<&str>) -> Result<(ColorImage, ColorPart), ImageError> {
+        let ranked = |layer: &'_ Layer| layer.color_rank();
+        let chosen = match layer {
+            Some(name) => self.called(name, "--layer")?,
+            None => exr_layers::best(self.layers.iter().filter_map(|layer| Some((ranked(layer)?, layer, ()))))
+                .map(|(layer, ())| layer)
+                .map_err(|equal| {
+                    self.not_clear(&equal, "picture", "--layer", "colour channels R, G, B", COLOR_REMEDY)
+                })?,
+        };
+        let part = &self.parts[chosen.part];
+        let plane = |component: &str| chosen.channels.get(component).map(|&index| part.channels[index].1.as_slice());
+        let planes = [["r", "g", "b"], ["y", "ry", "by"], ["y"; 3]].into_iter().find_map(|names| {
+            let [Some(a), Some(b), Some(c)] = names.map(plane) else { return None };
+            Some((names[1] == "ry", [a, b, c]))
+        });
+        let single = || chosen.channels.values().next().map(|&index| (false, [part.channels[index].1.as_slice(); 3]));
+        let single = || single().filter(|_| chosen.channels.len() == 1);
+        let (is_chroma, [r, g, b]) =
+            planes.or_else(single).ok_or_else(|| self.missing("colour channels R, G, B", COLOR_REMEDY))?;
+        let pixel = |((&r, &g), &b): ((&f32, &f32), &f32)| {
+            let rgb = if is_chroma { primaries::rgb_from_luminance(r, g, b) } else { Vec3::new(r, g, b) };
+            self.rec709_from_file.map_or(rgb, |matrix| matrix * rgb)
+        };
+        let pixels = r.iter().zip(g).zip(b).map(pixel).collect();
+        let image = Image { size: part.window.size, pixels };
+        Ok((image, ColorPart { layer: chosen.clone(), window: part.window }))
+    }
+
+    /// The depth that belongs to a picture: the layer or channel called `layer`, or the one
+    /// that is depth by its name, of the same view and enclosing layer where several are.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ExrPlanes::color`].
+    pub fn depth_beside(&self, color: &ColorPart, layer: Option<&str>) -> Result<(Image<f32>, Window), ImageError> {
+        if let Some(name) = layer {
+            return self.depth_called(name);
+        }
+        let mut found: Vec<(u8, &Layer, Vec<usize>)> =
+            self.layers.iter().filter_map(|layer| layer.depth().map(|(rank, found)| (rank, layer, found))).collect();
+        let closest = found.iter().map(|(_, layer, _)| layer.kinship(&color.layer)).max();
+        let of_the_picture = |(_, layer, _): &(u8, &Layer, Vec<usize>)| Some(layer.kinship(&color.layer)) == closest;
+        // A better name counts for more than a closer place.
+        let least = found.iter().map(|(rank, ..)| *rank).min();
+        found.retain(|(rank, ..)| Some(*rank) == least);
+        if found.iter().any(of_the_picture) {
+            found.retain(of_the_picture);
+        }
+        self.one_depth(
+            found,
+            "give the depth in a file of its own, with --depth FILE, or name a layer with --depth-layer",
+        )
+    }
+
+    /// The depth of a file that is nothing but depth: what is depth by its name, a single
+    /// channel, or three equal ones.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`ExrPlanes::color`].
+    pub fn depth_alone(&self, layer: Option<&str>) -> Result<(Image<f32>, Window), ImageError> {
+        if let Some(name) = layer {
+            return self.depth_called(name);
+        }
+        let by_name: Vec<_> =
+            self.layers.iter().filter_map(|layer| layer.depth().map(|(rank, found)| (rank, layer, found))).collect();
+        if by_name.is_empty()
+            && let [layer] = &self.layers[..]
+            && let Some(found) = layer.only_values()
+        {
+            return self.equal_planes(layer, &found).ok_or_else(|| {
+                let remedy = "its channels differ: choose a file with a channel Z or with a single channel, or name one with --depth-layer";
+                self.missing("depth channel Z", remedy)
+            });
+        }
+        self.one_depth(
+            by_name,
+            "choose a file with a channel Z or with a single channel, or name one with --depth-layer",
+        )
+    }
+
+    fn one_depth(
+        &self,
+        ranked: Vec<(u8, &Layer, Vec<usize>)>,
+        remedy: &'static str,
+    ) -> Result<(Image<f32>, Window), ImageError> {
+        let (layer, found) = exr_layers::best(ranked.into_iter())
+            .map_err(|equal| self.not_clear(&equal, "depth", "--depth-layer", "depth channel Z", remedy))?;
+        self.equal_planes(layer, &found)
+            .ok_or_else(|| self.missing("single depth", "its depth has channels that differ"))
+    }
+
+    /// A layer or a single channel by its name.
+    fn depth_called(&self, name: &str) -> Result<(Image<f32>, Window), ImageError> {
+        for (part, own) in self.parts.iter().enumerate() {
+            let full = |channel: &str| format!("{}.{channel}", own.name).to_lowercase();
+            let is_it = |channel: &str| channel.eq_ignore_ascii_case(name) || full(channel) == name.to_lowercase();
+            if let Some(index) = own.channels.iter().position(|(channel, _)| is_it(channel))
+                && let Some(found) = self.plane(part, index)
+            {
+                return Ok(found);
             }
         }
-        Err(self.missing("colour channels R, G, B", "choose a file with colour"))
+        let layer = self.called(name, "--depth-layer")?;
+        let found = layer.depth().map(|(_, found)| found).unwrap_or_else(|| layer.channels.values().copied().collect());
+        self.equal_planes(layer, &found).ok_or_else(|| {
+            let remedy = "the channels of that layer differ: name one of them with --depth-layer, such as LAYER.Z";
+            self.missing("single depth", remedy)
+        })
     }
 
-    /// The Z channel that belongs to a colour part: of that part itself, else of a part of
-    /// the same view, else of the first part that has one.
-    ///
-    /// # Errors
-    ///
-    /// [`ImageError::MissingChannel`].
-    pub fn depth_beside(&self, color: &ColorPart) -> Result<(Image<f32>, Window), ImageError> {
-        let own = &self.parts[color.index];
-        let same_view = self.parts.iter().filter(|part| part.view == own.view || part.window == own.window);
-        let mut candidates = std::iter::once(own).chain(same_view).chain(&self.parts);
-        candidates
-            .find_map(|part| part.plane("Z"))
-            .ok_or_else(|| self.missing("depth channel Z", "give the depth in a file of its own, with --depth FILE"))
+    fn called(&self, name: &str, option: &'static str) -> Result<&Layer, ImageError> {
+        let found: Vec<&Layer> = self.layers.iter().filter(|layer| layer.is_called(name)).collect();
+        match found[..] {
+            [layer] => Ok(layer),
+            [] => Err(ImageError::NoSuchLayer {
+                file: self.file.clone(),
+                wanted: name.escape_debug().to_string(),
+                option,
+                known: shown(&self.layers.iter().collect::<Vec<_>>()),
+            }),
+            _ => {
+                Err(ImageError::UnclearLayer { file: self.file.clone(), what: "layer", option, layers: shown(&found) })
+            }
+        }
     }
 
-    /// The depth of a file that is nothing but depth: Z, or else a single channel.
-    ///
-    /// # Errors
-    ///
-    /// [`ImageError::MissingChannel`].
-    pub fn depth_alone(&self) -> Result<(Image<f32>, Window), ImageError> {
-        let z = self.parts.iter().find_map(|part| part.plane("Z"));
-        let single = || match &self.parts[..] {
-            [part] if part.channels.len() == 1 => part.plane(&part.channels[0].0),
-            _ => None,
-        };
-        z.or_else(single)
-            .ok_or_else(|| self.missing("depth channel Z", "choose a file with a channel Z or with a single channel"))
+    /// The first of these channels, if all of them are the same.
+    fn equal_planes(&self, layer: &Layer, channels: &[usize]) -> Option<(Image<f32>, Window)> {
+        let (first, rest) = channels.split_first()?;
+        let bits = |index: usize| self.parts[layer.part].channels[index].1.iter().map(|value| value.to_bits());
+        let all_equal = rest.iter().all(|&index| bits(index).eq(bits(*first)));
+        if all_equal { self.plane(layer.part, *first) } else { None }
+    }
+
+    fn plane(&self, part: usize, channel: usize) -> Option<(Image<f32>, Window)> {
+        let part = &self.parts[part];
+        let pixels = part.channels.get(channel)?.1.clone();
+        (pixels.len() == part.window.pixels()).then_some((Image { size: part.window.size, pixels }, part.window))
+    }
+
+    /// The layers, as `--layer` takes them, each with its channels.
+    pub fn layer_names(&self) -> Vec<String> {
+        self.layers.iter().map(Layer::shown).collect()
+    }
+
+    fn not_clear(
+        &self,
+        equal: &[&Layer],
+        what: &'static str,
+        option: &'static str,
+        wanted: &'static str,
+        remedy: &'static str,
+    ) -> ImageError {
+        if equal.is_empty() {
+            return self.missing(wanted, remedy);
+        }
+        ImageError::UnclearLayer { file: self.file.clone(), what, option, layers: shown(equal) }
     }
 
     fn missing(&self, wanted: &'static str, remedy: &'static str) -> ImageError {
@@ -126,8 +259,21 @@ impl ExrPlanes {
     }
 }
 
+/// What to do where a file has no picture.
+const COLOR_REMEDY: &str = "choose a file with colour, or name a layer with --layer";
+
+fn shown(layers: &[&Layer]) -> String {
+    layers.iter().map(|layer| layer.shown()).collect::<Vec<_>>().join(", ")
+}
+
+impl Window {
+    fn pixels(&self) -> usize {
+        self.size.x as usize * self.size.y as usize
+    }
+}
+
 impl Part {
-    fn new(layer: Layer<AnyChannels<FlatSamples>>) -> Self {
+    fn new(layer: exr::prelude::Layer<AnyChannels<FlatSamples>>) -> Self {
         let text = |text: Option<exr::prelude::Text>| text.map(|text| text.to_string()).unwrap_or_default();
         let position = layer.attributes.layer_position;
         let window = Window {
@@ -138,20 +284,6 @@ impl Part {
         let channels =
             channels.map(|c| (c.name.to_string(), c.sample_data.values_as_f32().collect::<Vec<_>>())).collect();
         Self { name: text(layer.attributes.layer_name), view: text(layer.attributes.view_name), window, channels }
-    }
-
-    /// A channel by its name, or by the last component of a layered name (`beauty.R`).
-    /// Subsampled channels, shorter than the window, do not count.
-    fn channel(&self, name: &str) -> Option<&[f32]> {
-        let plain = self.channels.iter().find(|(own, _)| own == name);
-        let layered = || self.channels.iter().find(|(own, _)| own.rsplit('.').next() == Some(name));
-        let (_, values) = plain.or_else(layered)?;
-        (values.len() == self.window.size.x as usize * self.window.size.y as usize).then_some(values)
-    }
-
-    fn plane(&self, name: &str) -> Option<(Image<f32>, Window)> {
-        let pixels = self.channel(name)?.to_vec();
-        Some((Image { size: self.window.size, pixels }, self.window))
     }
 }
 
@@ -190,7 +322,7 @@ pub(super) fn encode(
 ) -> std::io::Result<()> {
     let channels = planes.into_iter().map(|(name, values)| AnyChannel::new(name, FlatSamples::F32(values))).collect();
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::FAST_LOSSLESS };
-    let layer = Layer::new(
+    let layer = exr::prelude::Layer::new(
         (size.x as usize, size.y as usize),
         LayerAttributes::default(),
         encoding,

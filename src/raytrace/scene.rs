@@ -146,7 +146,7 @@ impl RayScene {
     }
 
     /// World-space unit normal with the normal map applied, turned over on a back face.
-    fn shading_normal(&self, fragment: &Fragment, hit: &Hit, uv: Vec2) -> Vec3 {
+    fn shading_normal(&self, fragment: &Fragment, hit: &Hit, uv: [Vec2; 2]) -> Vec3 {
         let placement = &self.placements[hit.instance as usize];
         let normal = (placement.normal_from_object * fragment.mix3(|v| v.normal)).normalize_or_zero();
         let material = fragment.material;
@@ -213,9 +213,12 @@ struct Fragment<'a> {
 impl Fragment<'_> {
     /// Texture coordinates, interpolated in f64: rays that meet in a point of the focus
     /// plane must read the same texels there.
-    fn uv(&self) -> Vec2 {
-        let [a, b, c] = self.corners.map(|v| v.uv.as_dvec2());
-        (a * self.weights.x + b * self.weights.y + c * self.weights.z).as_vec2()
+    fn uv(&self) -> [Vec2; 2] {
+        let mix = |of: fn(&Vertex) -> Vec2| {
+            let [a, b, c] = self.corners.map(|v| of(v).as_dvec2());
+            (a * self.weights.x + b * self.weights.y + c * self.weights.z).as_vec2()
+        };
+        [mix(|v| v.uv), mix(|v| v.uv1)]
     }
 
     fn mix3(&self, of: impl Fn(&Vertex) -> Vec3) -> Vec3 {

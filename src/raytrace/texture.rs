@@ -14,13 +14,13 @@ static LINEAR_OF_SRGB: LazyLock<[f32; 256]> = LazyLock::new(|| {
     })
 });
 
-/// The texture of a material's slot at the vertex texture coordinates `uv`; white where
+/// The texture of a material's slot at the two vertex texture coordinates `uv`; white where
 /// the slot is empty, as glTF has it.
-pub(super) fn lookup(textures: &[Arc<TextureImage>], slot: Option<&TextureUse>, uv: Vec2) -> Vec4 {
+pub(super) fn lookup(textures: &[Arc<TextureImage>], slot: Option<&TextureUse>, uv: [Vec2; 2]) -> Vec4 {
     match slot {
         None => Vec4::ONE,
         Some(slot) => {
-            let at = uv.extend(1.0);
+            let at = uv[usize::from(slot.second_uv)].extend(1.0);
             bilinear(&textures[slot.texture], Vec2::new(slot.u_row.dot(at), slot.v_row.dot(at)))
         }
     }

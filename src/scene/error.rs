@@ -114,7 +114,7 @@ pub enum SceneProblem {
         detail: String,
     },
     /// An image that does not decode.
-    #[error("{item} does not decode ({detail}); use a PNG or JPEG image")]
+    #[error("{item} does not decode ({detail}); use a PNG, JPEG or WebP image")]
     Image {
         /// The image.
         item: String,

@@ -5,20 +5,33 @@
 //! hostile file gives a [`SceneError`] and never a panic.
 
 mod accessor;
+mod budget;
+mod cameras;
 mod container;
+mod exact;
+mod extensions;
 mod geometry;
+mod instancing;
 mod lighting;
 mod material;
 mod mesh;
+mod meshopt;
 mod nodes;
 mod notes;
+mod pose;
+mod reduce;
+mod specular_glossiness;
 mod texture;
 mod validate;
+
+pub use lighting::{Lighting, relight};
 
 use super::error::{SceneError, SceneProblem};
 use super::{NamedCamera, Scene};
 use crate::camera::Camera;
+use budget::Budget;
 use glam::{DVec3, dvec3};
+use material::Finished;
 use notes::Notes;
 use std::path::Path;
 
@@ -27,9 +40,9 @@ const FRAMING_FOV_Y_DEG: f64 = 40.0;
 
 /// Loads a `.glb` or `.gltf` file.
 ///
-/// The scene drawn is the file's default one, or its first. Animation, skins and morph
-/// targets stay in their rest pose; what is approximated or left out is listed in
-/// [`Scene::notes`].
+/// The scene drawn is the file's default one, or its first, as it is at rest: morph targets
+/// with the file's weights, skins with the nodes' own transforms, animations not played.
+/// What is approximated or left out is listed in [`Scene::notes`].
 ///
 /// # Errors
 ///
@@ -53,18 +66,31 @@ pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
 
 fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProblem> {
     let document = validate::document(file.root)?;
-    let buffers = container::Buffers::load(&document, file.blob, path)?;
+    let buffers = container::Buffers::load(&document, &file.exact, file.blob, path)?;
     for accessor in document.accessors() {
         accessor::check(&accessor, &buffers)?;
     }
 
     let mut notes = Notes::default();
-    validate::note_what_is_left_out(&document, &mut notes);
+    validate::note_what_is_left_out(&document, file.exact.animations.len(), &mut notes);
     let placed = nodes::walk(&document, &file.exact, &mut notes)?;
-    let mut materials = material::Materials::new(&document);
-    let (meshes, instances) = mesh::load_placed(&document, &placed.meshes, &buffers, &mut materials, &mut notes)?;
-    let (materials, wanted_textures) = materials.finish(&mut notes);
-    let textures = texture::load(&document, &wanted_textures, &buffers, path)?;
+    let mut materials = material::Materials::new(&document, &file.exact);
+    let mut budget = Budget::of(buffers.total_bytes());
+    let mut source = mesh::Source {
+        document: &document,
+        exact: &file.exact,
+        buffers: &buffers,
+        materials: &mut materials,
+        budget: &mut budget,
+        notes: &mut notes,
+    };
+    let (meshes, instances) = source.load_placed(&placed)?;
+    let Finished { mut materials, textures, to_convert } = materials.finish(&mut notes);
+    let loaded = texture::load(&document, &textures, &buffers, &mut budget, path)?;
+    let mut textures = texture::keep_readable(loaded, &mut materials, &mut notes);
+    for (index, factors) in to_convert {
+        specular_glossiness::apply(&mut materials[index], &factors, &mut textures, &mut budget, &mut notes)?;
+    }
 
     let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
     let mut scene =
@@ -74,8 +100,9 @@ fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProbl
         return Err(SceneProblem::NoGeometry { detail });
     }
     frame_if_without_camera(&mut scene, &mut notes)?;
-    lighting::light(&mut scene, placed.lights, &mut notes);
-    lighting::apply_author_hints(&mut scene, &document, &file.exact, &mut notes)?;
+    let hints = lighting::author_hints(&document, &file.exact)?;
+    lighting::light(&mut scene, placed.lights, hints.is_some(), &mut notes);
+    lighting::apply(hints, &mut scene, &mut notes);
     scene.notes = notes.into_sentences();
     Ok(scene)
 }
@@ -88,7 +115,7 @@ fn frame_if_without_camera(scene: &mut Scene, notes: &mut Notes) -> Result<(), S
         return Err(SceneProblem::NotFinite { item: "the extent of the scene".to_owned(), detail });
     }
     if scene.cameras.is_empty() {
-        notes.add("the file has no perspective camera: \"framing\" looks at its bounds", "");
+        notes.add("the file has no camera: \"framing\" looks at its bounds", "");
         scene.cameras.push(NamedCamera { name: "framing".to_owned(), camera: framing_camera(lo, hi) });
     }
     Ok(())

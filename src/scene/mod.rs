@@ -94,6 +94,8 @@ pub struct Vertex {
     pub tangent: Vec4,
     /// Texture coordinates, origin at the image's top left (glTF convention).
     pub uv: Vec2,
+    /// Second set of texture coordinates.
+    pub uv1: Vec2,
     /// Linear colour factor.
     pub color: Vec4,
 }
@@ -139,6 +141,8 @@ pub enum Wrap {
 pub struct TextureUse {
     /// Index into [`Scene::textures`].
     pub texture: usize,
+    /// Whether (u, v) is the vertices' second set of texture coordinates.
+    pub second_uv: bool,
     /// First row of the texture transform (KHR_texture_transform): u' = dot(row, (u, v, 1)).
     pub u_row: Vec3,
     /// Second row: v' = dot(row, (u, v, 1)).

@@ -2,16 +2,18 @@
 
 mod encoding;
 mod fill;
+mod resample;
+mod sentinel;
 
 pub use encoding::{DepthEncoding, DepthKind, EncodingError};
 
 use crate::image::{ColorImage, DepthImage, Image};
 use crate::image_io::exr_planes::{ExrPlanes, Window};
-use crate::image_io::{self, ImageError};
+use crate::image_io::orientation::{Orientation, is_sideways, upright};
+use crate::image_io::{self, ImageError, Scalars};
 use crate::scene::MadeFor;
 use encoding::Measured;
 use glam::{IVec2, UVec2, Vec3};
-use image::DynamicImage;
 use std::path::{Path, PathBuf};
 
 /// A picture taken through a pinhole, with the depth of every pixel.
@@ -51,8 +53,8 @@ pub enum RgbdError {
         /// Which value or parameter, and the remedy.
         source: EncodingError,
     },
-    /// Colour and depth of different sizes.
-    #[error("{}: the depth has {depth_size} pixels but the colour {color_size}; give a depth map of the image's own size", file.display())]
+    /// A depth map that shows another frame than the picture.
+    #[error("{}: the depth has {depth_size} pixels but the colour {color_size}, which is another frame; give a depth map of the image's own aspect ratio", file.display())]
     SizeMismatch {
         /// The depth file.
         file: PathBuf,
@@ -83,8 +85,28 @@ pub enum RgbdError {
     },
 }
 
-/// Loads colour from `color_path`, depth from `depth_path` or, without one, from the Z
-/// channel of the colour's own EXR. `fov_y` is the full vertical field of view, radians.
+/// Which files and layers to read, and what their numbers mean.
+#[derive(Clone, Copy, Debug)]
+pub struct Request<'a> {
+    /// The picture.
+    pub color: &'a Path,
+    /// The depth file; without one, depth comes from the picture's own EXR.
+    pub depth: Option<&'a Path>,
+    /// What the depth's numbers mean.
+    pub encoding: &'a DepthEncoding,
+    /// Full vertical field of view, radians. Without one, that of the depth's calibration,
+    /// or else `default_fov_y`.
+    pub fov_y: Option<f64>,
+    /// The field of view of an image that does not say, radians.
+    pub default_fov_y: f64,
+    /// The EXR layer that is the picture; `None` for the one that is by its name.
+    pub layer: Option<&'a str>,
+    /// The EXR layer or channel that is depth.
+    pub depth_layer: Option<&'a str>,
+}
+
+/// Loads colour from `color_path`, depth from `depth_path` or, without one, from the colour's
+/// own EXR. `fov_y` is the full vertical field of view, radians.
 ///
 /// # Errors
 ///
@@ -95,47 +117,113 @@ pub fn load(
     encoding: &DepthEncoding,
     fov_y: f64,
 ) -> Result<RgbdScene, RgbdError> {
+    let (color, depth, default_fov_y) = (color_path, depth_path, fov_y);
+    let (layer, depth_layer) = (None, None);
+    load_request(&Request { color, depth, encoding, fov_y: Some(fov_y), default_fov_y, layer, depth_layer })
+}
+
+/// Loads what a request names. Depth of another size is resampled to the picture's with
+/// edges kept; pictures and depth are turned upright as their Exif data say.
+///
+/// # Errors
+///
+/// The file, the cause and the remedy.
+pub fn load_request(request: &Request<'_>) -> Result<RgbdScene, RgbdError> {
+    let depth_file = request.depth.unwrap_or(request.color);
+    let encoding_error = |source| RgbdError::Encoding { file: depth_file.to_owned(), source };
+    request.encoding.check().map_err(encoding_error)?;
+    let mut notes = Vec::new();
+    let (color, raw) = match request.depth {
+        Some(depth) => read_two(request, depth, &mut notes)?,
+        None => read_both(request)?,
+    };
+    let depth_size = raw.values.size;
+    let of_calibration = || request.encoding.kind.fov_y(depth_size.y);
+    let fov_y = request.fov_y.or_else(of_calibration).unwrap_or(request.default_fov_y);
     if !(fov_y > 0.0 && fov_y < std::f64::consts::PI) {
         return Err(RgbdError::FieldOfView { degrees: fov_y.to_degrees() });
     }
-    let depth_file = depth_path.unwrap_or(color_path);
-    let encoding_error = |source| RgbdError::Encoding { file: depth_file.to_owned(), source };
-    encoding.check().map_err(encoding_error)?;
-    let (color, raw) = match depth_path {
-        Some(depth_path) => (image_io::read_color(color_path)?, read_depth(depth_path)?),
-        None => read_both(color_path)?,
-    };
-    if color.size != raw.values.size {
-        let (color_size, depth_size) = (color.size, raw.values.size);
+    if !resample::same_frame(color.size, depth_size) {
+        let color_size = color.size;
         return Err(RgbdError::SizeMismatch { file: depth_file.to_owned(), color_size, depth_size });
     }
-    let measured = encoding.measure_all(&raw.values.pixels, raw.full_scale).map_err(encoding_error)?;
-    let name = color_path.file_stem().map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned());
-    complete(name, color, &measured, fov_y).map_err(|what| RgbdError::NothingKnown {
-        file: if what == "depth" { depth_file } else { color_path }.to_owned(),
+
+    let (numbers, kind) = (&raw.values.pixels, &request.encoding.kind);
+    let mut measured = request.encoding.measure_all(numbers, raw.full_scale).map_err(encoding_error)?;
+    let endless = sentinel::to_infinity(numbers, raw.is_float(), kind, &mut measured);
+    if endless > 0 {
+        notes.push(format!("{endless} depths that stand for the background (0, 65504 or 1e8 m and more) are infinite"));
+    }
+    if let DepthKind::Distance { .. } = kind {
+        along_axis(&mut measured, depth_size, fov_y);
+        notes.push(format!(
+            "distances along rays become depths by a vertical field of view of {:.2} degrees (--fov)",
+            fov_y.to_degrees()
+        ));
+    }
+    if depth_size != color.size {
+        let factor = color.size.as_dvec2() / depth_size.as_dvec2();
+        notes.push(format!(
+            "the depth of {}x{} px is resampled to the picture's {}x{} px, a factor of {:.3}, with edges kept",
+            depth_size.x, depth_size.y, color.size.x, color.size.y, factor.y
+        ));
+        measured = resample::to_size(&measured, depth_size, &color);
+    }
+    let stem = request.color.file_stem();
+    let name = stem.map_or_else(|| "image".to_owned(), |stem| stem.to_string_lossy().into_owned());
+    let mut scene = complete(name, color, &measured, fov_y).map_err(|what| RgbdError::NothingKnown {
+        file: if what == "depth" { depth_file } else { request.color }.to_owned(),
         what,
-    })
+    })?;
+    scene.notes.extend(notes);
+    Ok(scene)
 }
 
-/// Numbers as they stand in a depth file.
-struct RawDepth {
-    /// Integers as such, floats as such; NaN where the file has no pixel.
-    values: Image<f32>,
-    /// The value that stands for 1: 255, 65535, or 1 for floats.
-    full_scale: f64,
+/// A picture with a depth file of its own. Depth that says nothing about how the camera was
+/// held, and has the picture's size as it is stored, is turned with the picture.
+fn read_two(request: &Request<'_>, depth: &Path, notes: &mut Vec<String>) -> Result<(ColorImage, Scalars), RgbdError> {
+    let (color, orientation) = image_io::read_picture(request.color, request.layer)?;
+    let mut raw = image_io::read_scalars(depth, request.depth_layer)?;
+    if orientation != Orientation::NoTransforms {
+        notes.push("the picture is turned upright, as its Exif data say".to_owned());
+        let lies_sideways = is_sideways(orientation)
+            && !raw.has_orientation
+            && !resample::same_frame(color.size, raw.values.size)
+            && resample::same_frame(color.size, UVec2::new(raw.values.size.y, raw.values.size.x));
+        if lies_sideways {
+            raw.values = upright(&raw.values, orientation);
+            notes.push("the depth lies as the picture is stored, and is turned with it".to_owned());
+        }
+    }
+    Ok((color, raw))
 }
 
-/// Colour and Z of one EXR. A part of another data window is laid over the colour's;
+/// Colour and depth of one EXR. A part of another data window is laid over the colour's;
 /// what it does not cover is unknown.
-fn read_both(path: &Path) -> Result<(ColorImage, RawDepth), RgbdError> {
+fn read_both(request: &Request<'_>) -> Result<(ColorImage, Scalars), RgbdError> {
+    let path = request.color;
     if !image_io::is_exr(path)? {
         return Err(RgbdError::NoDepth { file: path.to_owned() });
     }
     let planes = ExrPlanes::read(path)?;
-    let (color, part) = planes.color()?;
-    let (depth, window) = planes.depth_beside(&part)?;
+    let (color, part) = planes.color(request.layer)?;
+    let (depth, window) = planes.depth_beside(&part, request.depth_layer)?;
     let values = if window == part.window { depth } else { moved(&depth, window, part.window) };
-    Ok((color, RawDepth { values, full_scale: 1.0 }))
+    Ok((color, Scalars::floats(values)))
+}
+
+/// Depths along the axis from distances along the rays of a pinhole camera, which looks
+/// through the middle of the image.
+fn along_axis(measured: &mut [Measured], size: UVec2, fov_y: f64) {
+    let focal_px = 0.5 * f64::from(size.y) / (0.5 * fov_y).tan();
+    let middle = size.as_dvec2() * 0.5;
+    for (i, m) in measured.iter_mut().enumerate() {
+        if let Measured::Depth(distance_m) = m {
+            let (x, y) = (i as u32 % size.x, i as u32 / size.x);
+            let slope = (UVec2::new(x, y).as_dvec2() + 0.5 - middle) / focal_px;
+            *distance_m = (f64::from(*distance_m) / (1.0 + slope.length_squared()).sqrt()) as f32;
+        }
+    }
 }
 
 fn moved(plane: &Image<f32>, from: Window, to: Window) -> Image<f32> {
@@ -147,32 +235,6 @@ fn moved(plane: &Image<f32>, from: Window, to: Window) -> Image<f32> {
         if inside { plane.at(p.x as u32, p.y as u32) } else { f32::NAN }
     };
     Image::from_fn(to.size, source)
-}
-
-/// A depth file: EXR, or PNG of 8 or 16 bits (its first channel). f32 holds all of them
-/// exactly.
-fn read_depth(path: &Path) -> Result<RawDepth, RgbdError> {
-    if image_io::is_exr(path)? {
-        let (values, _) = ExrPlanes::read(path)?.depth_alone()?;
-        return Ok(RawDepth { values, full_scale: 1.0 });
-    }
-    let image = image_io::decode(path)?;
-    let size = UVec2::new(image.width(), image.height());
-    let (pixels, full_scale) = match &image {
-        DynamicImage::ImageLuma16(grey) => (every(grey.as_raw(), 1), 65535.0),
-        DynamicImage::ImageLumaA16(grey) => (every(grey.as_raw(), 2), 65535.0),
-        DynamicImage::ImageRgb16(rgb) => (every(rgb.as_raw(), 3), 65535.0),
-        DynamicImage::ImageRgba16(rgba) => (every(rgba.as_raw(), 4), 65535.0),
-        DynamicImage::ImageRgb32F(rgb) => (every(rgb.as_raw(), 3), 1.0),
-        DynamicImage::ImageRgba32F(rgba) => (every(rgba.as_raw(), 4), 1.0),
-        other => (every(other.to_rgb8().as_raw(), 3), 255.0),
-    };
-    Ok(RawDepth { values: Image { size, pixels }, full_scale })
-}
-
-/// The first of every `channels` samples.
-fn every<T: Copy + Into<f32>>(samples: &[T], channels: usize) -> Vec<f32> {
-    samples.iter().step_by(channels).map(|&sample| sample.into()).collect()
 }
 
 /// Fills what is unknown or damaged; the error names what is nowhere known.

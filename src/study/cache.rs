@@ -62,7 +62,7 @@ fn hash_scene(scene: &Scene, state: &mut DefaultHasher) {
             for floats in [&v.position.to_array()[..], &v.normal.to_array(), &v.tangent.to_array()] {
                 state.write(bytemuck::cast_slice(floats));
             }
-            for floats in [&v.uv.to_array()[..], &v.color.to_array()] {
+            for floats in [&v.uv.to_array()[..], &v.uv1.to_array(), &v.color.to_array()] {
                 state.write(bytemuck::cast_slice(floats));
             }
         }

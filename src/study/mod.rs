@@ -7,6 +7,7 @@ pub mod compare;
 pub mod devices;
 pub mod gauntlet;
 pub mod inside;
+pub mod meter;
 pub mod random;
 pub mod reference;
 pub mod render;

@@ -71,10 +71,12 @@ pub struct Setting {
     pub lens: LensJson,
     /// The CoC over the pinhole image.
     pub coc: Option<CocStatistics>,
+    /// What was approximated, left out or filled in while loading, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl Setting {
-    /// The setting of images of `size` px made on `gpu`.
+    /// The setting of images of `size` px made on `gpu`, without notes.
     pub fn new(gpu: &Gpu, scene: &str, camera: &str, size: UVec2, lens: &Lens, coc: Option<CocStatistics>) -> Self {
         let adapter = gpu.adapter();
         Self {
@@ -85,6 +87,7 @@ impl Setting {
             size: size.to_array(),
             lens: lens.into(),
             coc,
+            notes: Vec::new(),
         }
     }
 }

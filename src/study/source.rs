@@ -5,6 +5,7 @@ use crate::gpu::Gpu;
 use crate::image::{DepthImage, Image};
 use crate::lens::{Lens, MM_PER_M};
 use crate::presets;
+use crate::scene::gltf::Lighting;
 use crate::scene::rgbd::{self, DepthEncoding, RgbdError, RgbdScene};
 use crate::scene::{MadeFor, Scene, SceneError, builtin, gltf};
 use crate::study::gauntlet;
@@ -28,6 +29,9 @@ const DEFAULT_MEAN_COC_PER_HEIGHT: f64 = 1.0 / 96.0;
 /// one near leaf does not become the whole picture.
 const DEFAULT_MAX_COC_PER_HEIGHT: f64 = 1.0 / 12.0;
 
+/// Extensions of the images that are read, lower case.
+pub const IMAGE_EXTENSIONS: &[&str] = &["bmp", "exr", "hdr", "jpeg", "jpg", "pfm", "png", "tif", "tiff", "webp"];
+
 /// How to read an image with depth; without meaning for scenes.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthArgs {
@@ -35,11 +39,21 @@ pub struct DepthArgs {
     pub file: Option<PathBuf>,
     /// What its numbers mean.
     pub encoding: DepthEncoding,
+    /// The EXR layer that is the picture; `None` for the one that is by its name.
+    #[serde(default)]
+    pub layer: Option<String>,
+    /// The EXR layer or channel that is depth; `None` for the one that is by its name.
+    #[serde(default)]
+    pub depth_layer: Option<String>,
+    /// Full vertical field of view of the image, radians; `None` for that of the depth's
+    /// calibration, or [`DEFAULT_IMAGE_FOV_Y`].
+    #[serde(default)]
+    pub fov_y: Option<f64>,
 }
 
 impl Default for DepthArgs {
     fn default() -> Self {
-        Self { file: None, encoding: DepthEncoding::METRES }
+        Self { file: None, encoding: DepthEncoding::METRES, layer: None, depth_layer: None, fov_y: None }
     }
 }
 
@@ -54,7 +68,7 @@ pub enum SourceError {
     Image(#[from] RgbdError),
     /// Neither a built-in name nor a file of a known kind.
     #[error(
-        "there is no scene '{}': give a built-in name ({known}), gauntlet:SEED, a .glb or .gltf file, or a .png, .jpg, .hdr or .exr image with depth",
+        "there is no scene '{}': give a built-in name ({known}), gauntlet:SEED, a .glb or .gltf file, or a .png, .jpg, .webp, .bmp, .tif, .hdr, .pfm or .exr image with depth",
         spec.escape_debug()
     )]
     Unknown {
@@ -130,8 +144,16 @@ impl Source {
                 Ok(gauntlet::SceneSpec::read(path).map_err(spec_file)?.source())
             }
             (None, "glb" | "gltf") => Ok(Self::Scene(Arc::new(gltf::load(path)?))),
-            (None, "png" | "jpg" | "jpeg" | "hdr" | "exr") => {
-                let image = rgbd::load(path, depth.file.as_deref(), &depth.encoding, DEFAULT_IMAGE_FOV_Y)?;
+            (None, extension) if IMAGE_EXTENSIONS.contains(&extension) => {
+                let image = rgbd::load_request(&rgbd::Request {
+                    color: path,
+                    depth: depth.file.as_deref(),
+                    encoding: &depth.encoding,
+                    fov_y: depth.fov_y,
+                    default_fov_y: DEFAULT_IMAGE_FOV_Y,
+                    layer: depth.layer.as_deref(),
+                    depth_layer: depth.depth_layer.as_deref(),
+                })?;
                 Ok(Self::Image(Arc::new(image)))
             }
             _ => {
@@ -139,6 +161,17 @@ impl Source {
                 let known = names.collect::<Vec<_>>().join(", ");
                 Err(SourceError::Unknown { spec: spec.into(), known })
             }
+        }
+    }
+
+    /// The same source with its light chosen; an image has its light in it.
+    pub fn lit(self, lighting: Lighting) -> Self {
+        match self {
+            Self::Scene(mut scene) if lighting != Lighting::Auto => {
+                gltf::relight(Arc::make_mut(&mut scene), lighting);
+                Self::Scene(scene)
+            }
+            other => other,
         }
     }
 

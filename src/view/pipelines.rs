@@ -5,8 +5,8 @@ use crate::{shader, uniform};
 use std::collections::HashMap;
 use std::sync::Mutex;
 
-/// Bytes a vertex: position f32x3, normal and tangent snorm16x4, uv f32x2, colour f32x4.
-pub(super) const VERTEX_STRIDE: u64 = 12 + 8 + 8 + 8 + 16;
+/// Bytes a vertex: position f32x3, normal and tangent snorm16x4, two uv f32x4, colour f32x4.
+pub(super) const VERTEX_STRIDE: u64 = 12 + 8 + 8 + 16 + 16;
 
 /// Bytes an instance: three rows of f32x4 that take object space to view space.
 pub(super) const INSTANCE_STRIDE: u64 = 48;
@@ -266,7 +266,7 @@ fn surface_pipeline(
 ) -> wgpu::RenderPipeline {
     use wgpu::VertexFormat as Format;
     let attributes = wgpu::vertex_attr_array![
-        0 => Float32x3, 1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x2, 4 => Float32x4];
+        0 => Float32x3, 1 => Snorm16x4, 2 => Snorm16x4, 3 => Float32x4, 4 => Float32x4];
     debug_assert_eq!(attributes[4].offset + Format::Float32x4.size(), VERTEX_STRIDE);
     let step_mode = wgpu::VertexStepMode::Vertex;
     let vertices = wgpu::VertexBufferLayout { array_stride: VERTEX_STRIDE, step_mode, attributes: &attributes };

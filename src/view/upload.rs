@@ -98,7 +98,7 @@ fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>, Vec<MeshRange>) {
             vertices.extend_from_slice(bytemuck::bytes_of(&v.position));
             vertices.extend_from_slice(bytemuck::bytes_of(&snorm(v.normal.extend(0.0))));
             vertices.extend_from_slice(bytemuck::bytes_of(&snorm(v.tangent)));
-            vertices.extend_from_slice(bytemuck::bytes_of(&v.uv));
+            vertices.extend_from_slice(bytemuck::cast_slice(&[v.uv, v.uv1]));
             vertices.extend_from_slice(bytemuck::bytes_of(&v.color));
         }
         let first = indices.len() as u32;
@@ -191,7 +191,8 @@ fn uniform(material: &Material, uses: &[Option<TextureUse>; 4]) -> MaterialUnifo
     let mut uv_rows = [[0.0; 4]; 8];
     for (slot, used) in uses.iter().enumerate() {
         let (u, v) = used.map_or((Vec3::X, Vec3::Y), |u| (u.u_row, u.v_row));
-        uv_rows[2 * slot] = u.extend(0.0).to_array();
+        let second_uv = used.is_some_and(|u| u.second_uv);
+        uv_rows[2 * slot] = u.extend(if second_uv { 1.0 } else { 0.0 }).to_array();
         uv_rows[2 * slot + 1] = v.extend(0.0).to_array();
     }
     MaterialUniform {

@@ -57,7 +57,7 @@ pub fn unlit(color: Vec3) -> Material {
 
 /// An unlit white material with the scene's texture 0 once over [0, 1].
 pub fn textured() -> Material {
-    let texture = TextureUse { texture: 0, u_row: Vec3::X, v_row: Vec3::Y };
+    let texture = TextureUse { texture: 0, second_uv: false, u_row: Vec3::X, v_row: Vec3::Y };
     Material { base_color_texture: Some(texture), ..unlit(Vec3::ONE) }
 }
 
@@ -80,6 +80,7 @@ pub fn quad(depth_m: f32, min: Vec2, max: Vec2, material: usize) -> Mesh {
         tangent: Vec4::new(1.0, 0.0, 0.0, 1.0),
         uv: vec2(u, v),
         color: Vec4::ONE,
+        ..Default::default()
     };
     let vertices = vec![
         corner(min.x, min.y, 0.0, 1.0),
@@ -104,6 +105,7 @@ pub fn sphere(radius_m: f32, rings: u32, material: usize) -> Mesh {
             tangent: Vec4::new(cos_around, 0.0, -sin_around, 1.0),
             uv: vec2(column as f32 / columns as f32, ring as f32 / rings as f32),
             color: Vec4::ONE,
+            ..Default::default()
         }
     };
     let cell = |i: u32| {

@@ -2,6 +2,8 @@
 
 #![allow(dead_code, reason = "every test binary uses its own part of these helpers")]
 
+pub mod compressed;
+
 use base64::Engine;
 use glam::Vec3;
 use serde_json::{Value, json};

@@ -6,8 +6,8 @@ use ::gltf::Accessor;
 use ::gltf::accessor::{DataType, sparse::IndexType};
 
 /// Elements that an accessor may have without bytes behind them: a sparse accessor alone
-/// could otherwise ask for any amount of zeros. 16 million vertices, 200 MB of positions.
-const MAX_UNBACKED_COUNT: usize = 1 << 24;
+/// could otherwise ask for any amount of zeros. 4 million, a quarter of a gigabyte of matrices.
+const MAX_UNBACKED_COUNT: usize = 1 << 22;
 
 /// `accessors[3] "name"`.
 pub(super) fn label(accessor: &Accessor) -> String {

@@ -1,62 +1,28 @@
 //! From a path to JSON and bytes: the binary container, external files and data URIs.
 
 use super::super::error::SceneProblem;
+use super::exact::{Exact, Meshopt};
+use super::{meshopt, reduce};
 use ::gltf::json;
 use base64::Engine;
 use serde::Deserialize;
-use std::borrow::Cow;
+use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Size of the binary container's header and of a chunk's header, bytes.
+/// Size of the binary container's header, bytes.
 const HEADER_BYTES: usize = 12;
+
+/// Size of a chunk's header in the binary container, bytes.
+const CHUNK_HEADER_BYTES: usize = 8;
 
 /// A parsed file.
 pub(super) struct GltfFile {
-    /// The JSON as the `gltf` crate understands it.
+    /// What is read of the JSON, as the `gltf` crate understands it.
     pub root: json::Root,
     /// The parts of the same JSON that the crate rounds to f32 or leaves out.
     pub exact: Exact,
     /// The binary chunk of a `.glb`.
     pub blob: Option<Vec<u8>>,
-}
-
-/// What is read from the JSON in double precision: poses and cameras. A scene far from
-/// the origin, or a frame's aspect ratio, must not lose digits.
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct Exact {
-    pub nodes: Vec<ExactNode>,
-    pub cameras: Vec<ExactCamera>,
-    pub scenes: Vec<ExactScene>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct ExactNode {
-    pub matrix: Option<[f64; 16]>,
-    pub translation: Option<[f64; 3]>,
-    pub rotation: Option<[f64; 4]>,
-    pub scale: Option<[f64; 3]>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct ExactCamera {
-    pub perspective: Option<ExactPerspective>,
-}
-
-#[derive(Clone, Copy, Deserialize)]
-#[serde(rename_all = "camelCase")]
-pub(super) struct ExactPerspective {
-    pub yfov: f64,
-    pub znear: f64,
-    pub aspect_ratio: Option<f64>,
-}
-
-#[derive(Default, Deserialize)]
-#[serde(default)]
-pub(super) struct ExactScene {
-    pub extras: Option<serde_json::Value>,
 }
 
 /// Reads and parses the file, without following its references.
@@ -66,19 +32,35 @@ pub(super) fn read(path: &Path) -> Result<GltfFile, SceneProblem> {
 
 /// Parses the bytes of a file, without following its references.
 pub(super) fn parse(bytes: &[u8]) -> Result<GltfFile, SceneProblem> {
-    let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (Cow::Borrowed(bytes), None) };
+    let (text, blob) = if bytes.starts_with(b"glTF") { split_glb(bytes)? } else { (bytes, None) };
     let not_gltf = |detail: String| SceneProblem::NotGltf { detail };
-    if text.iter().all(u8::is_ascii_whitespace) {
+    let text = without_padding(text);
+    if text.is_empty() {
         return Err(not_gltf("the file is empty".to_owned()));
     }
-    let value: serde_json::Value =
-        serde_json::from_slice(&text).map_err(|e| not_gltf(format!("no valid JSON: {e}")))?;
+    let mut value: serde_json::Value =
+        serde_json::from_slice(text).map_err(|e| not_gltf(format!("no valid JSON: {e}")))?;
     check_version(&value)?;
     let schema =
         |e: serde_json::Error| SceneProblem::invalid("its JSON", format!("does not follow the glTF schema ({e})"));
-    let root = json::Root::from_slice(&text).map_err(schema)?;
+    reduce::integers(&mut value);
+    reduce::cameras(&mut value);
     let exact = Exact::deserialize(&value).map_err(schema)?;
-    Ok(GltfFile { root, exact, blob })
+    reduce::to_what_is_read(&mut value);
+    let root = json::Root::deserialize(value).map_err(schema)?;
+    Ok(GltfFile { root, exact, blob: blob.map(<[u8]>::to_vec) })
+}
+
+/// The text without a byte order mark before it, and without the zeros and blanks with
+/// which exporters fill up a chunk or a file.
+fn without_padding(text: &[u8]) -> &[u8] {
+    let mut text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(text);
+    while let [rest @ .., last] = text
+        && (*last == 0 || last.is_ascii_whitespace())
+    {
+        text = rest;
+    }
+    text
 }
 
 fn check_version(value: &serde_json::Value) -> Result<(), SceneProblem> {
@@ -90,40 +72,66 @@ fn check_version(value: &serde_json::Value) -> Result<(), SceneProblem> {
     }
 }
 
-type Chunks<'a> = (Cow<'a, [u8]>, Option<Vec<u8>>);
-
-/// The JSON and binary chunks. The crate subtracts the header's size from the declared
-/// length without looking, so that is checked before.
-fn split_glb(bytes: &[u8]) -> Result<Chunks<'_>, SceneProblem> {
+/// The JSON and binary chunks (glTF 2.0, section 4.4). Chunks of other kinds and bytes
+/// behind the declared length are ignored, as the specification asks for.
+fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), SceneProblem> {
     let damaged = |detail: String| SceneProblem::Container { detail };
-    let length = bytes.get(8..HEADER_BYTES).and_then(|field| field.try_into().ok()).map(u32::from_le_bytes);
-    match length {
-        None => return Err(damaged(format!("only {} bytes", bytes.len()))),
-        Some(length) if (length as usize) < HEADER_BYTES => return Err(damaged(format!("declared length {length}"))),
-        Some(length) if length as usize > bytes.len() => {
-            return Err(damaged(format!("truncated: {} of {length} bytes", bytes.len())));
-        }
-        Some(_) => {}
+    let word = |bytes: &[u8], at: usize| bytes.get(at..at + 4)?.try_into().ok().map(u32::from_le_bytes);
+    let (Some(version), Some(length)) = (word(bytes, 4), word(bytes, 8)) else {
+        return Err(damaged(format!("only {} bytes", bytes.len())));
+    };
+    let length = length as usize;
+    if version != 2 {
+        return Err(damaged(format!("unsupported version {version} of the container")));
     }
-    let glb = gltf::Glb::from_slice(bytes).map_err(|e| damaged(e.to_string()))?;
-    Ok((glb.json, glb.bin.map(Cow::into_owned)))
+    if length < HEADER_BYTES {
+        return Err(damaged(format!("declared length {length}")));
+    }
+    let whole = bytes.get(..length).ok_or_else(|| damaged(format!("truncated: {} of {length} bytes", bytes.len())))?;
+
+    let mut rest = &whole[HEADER_BYTES..];
+    let (mut text, mut blob) = (None, None);
+    while let (Some(size), Some(kind)) = (word(rest, 0), rest.get(4..CHUNK_HEADER_BYTES)) {
+        let size = size as usize;
+        let shown = String::from_utf8_lossy(kind.strip_suffix(b"\0").unwrap_or(kind)).escape_default().to_string();
+        let content = &rest[CHUNK_HEADER_BYTES..];
+        let chunk = content
+            .get(..size)
+            .ok_or_else(|| damaged(format!("{shown} chunk length {size}, where {} bytes follow", content.len())))?;
+        match kind {
+            b"JSON" if text.is_none() => text = Some(chunk),
+            b"BIN\0" if text.is_some() && blob.is_none() => blob = Some(chunk),
+            _ if text.is_none() => {
+                return Err(damaged(format!("its first chunk is of the unknown chunk type {shown}")));
+            }
+            _ => {}
+        }
+        // Chunks are filled up to whole words; a last one may lack its filling.
+        rest = content.get(size.next_multiple_of(4)..).unwrap_or_default();
+    }
+    text.map(|text| (text, blob)).ok_or_else(|| damaged("it has no JSON chunk".to_owned()))
 }
 
-/// The bytes of all buffers, each at least as long as it is declared.
+/// The bytes of all buffers, each at least as long as it is declared, and of the buffer
+/// views that are stored compressed.
 pub(super) struct Buffers {
     bytes: Vec<Vec<u8>>,
+    decoded: HashMap<usize, Vec<u8>>,
 }
 
 impl Buffers {
-    /// Loads every buffer of the document.
+    /// Loads every buffer of the document, and decodes the compressed views.
     pub(super) fn load(
         document: &gltf::Document,
+        exact: &Exact,
         mut blob: Option<Vec<u8>>,
         scene_path: &Path,
     ) -> Result<Self, SceneProblem> {
+        let needed = needed(document, exact);
         let load_one = |buffer: gltf::Buffer| {
             let item = format!("buffers[{}]", buffer.index());
             let bytes = match buffer.source() {
+                _ if !needed[buffer.index()] => return Ok(Vec::new()),
                 gltf::buffer::Source::Bin => blob
                     .take()
                     .ok_or_else(|| SceneProblem::invalid(&item, "has no uri, and there is no binary chunk for it"))?,
@@ -139,7 +147,27 @@ impl Buffers {
             }
             Ok(bytes)
         };
-        Ok(Self { bytes: document.buffers().map(load_one).collect::<Result<_, _>>()? })
+        let bytes = document.buffers().map(load_one).collect::<Result<_, _>>()?;
+        let mut buffers = Self { bytes, decoded: HashMap::new() };
+        let mut left = meshopt::most_decoded_bytes(buffers.total_bytes());
+        for view in document.views() {
+            if let Some(source) = meshopt_of(exact, view.index()) {
+                let item = format!("bufferViews[{}]", view.index());
+                let encoded = buffers.slice(source.buffer, source.byte_offset, source.byte_length, &item)?;
+                left = left.checked_sub(view.length()).ok_or_else(|| SceneProblem::Oversize {
+                    item: item.clone(),
+                    detail: "it and those before it decode to more than the file can hold".to_owned(),
+                })?;
+                let decoded = meshopt::decode(source, encoded, view.length(), &item)?;
+                buffers.decoded.insert(view.index(), decoded);
+            }
+        }
+        Ok(buffers)
+    }
+
+    /// Bytes of all buffers and decoded views together.
+    pub(super) fn total_bytes(&self) -> usize {
+        self.bytes.iter().chain(self.decoded.values()).map(Vec::len).sum()
     }
 
     /// The bytes of the buffer view with that index in the (validated) document.
@@ -150,20 +178,45 @@ impl Buffers {
 
     /// The bytes of a buffer view.
     pub(super) fn view(&self, view: &gltf::buffer::View) -> Result<&[u8], SceneProblem> {
-        let buffer_index = view.buffer().index();
-        let buffer = &self.bytes[buffer_index];
-        let item = || format!("bufferViews[{}]", view.index());
-        let Some(end) = view.offset().checked_add(view.length()) else {
-            let detail = format!("offset {} + length {}", view.offset(), view.length());
-            return Err(SceneProblem::Oversize { item: item(), detail });
+        match self.decoded.get(&view.index()) {
+            Some(decoded) => Ok(decoded),
+            None => {
+                let item = format!("bufferViews[{}]", view.index());
+                self.slice(view.buffer().index(), view.offset(), view.length(), &item)
+            }
+        }
+    }
+
+    fn slice(&self, buffer: usize, offset: usize, length: usize, item: &str) -> Result<&[u8], SceneProblem> {
+        let missing = || SceneProblem::invalid(item, format!("refers to buffers[{buffer}], which is not in the file"));
+        let bytes = self.bytes.get(buffer).ok_or_else(missing)?;
+        let Some(end) = offset.checked_add(length) else {
+            let detail = format!("offset {offset} + length {length}");
+            return Err(SceneProblem::Oversize { item: item.to_owned(), detail });
         };
-        buffer.get(view.offset()..end).ok_or_else(|| SceneProblem::OutOfBytes {
-            item: item(),
-            holder: format!("buffers[{buffer_index}]"),
+        bytes.get(offset..end).ok_or_else(|| SceneProblem::OutOfBytes {
+            item: item.to_owned(),
+            holder: format!("buffers[{buffer}]"),
             needed: end as u64,
-            available: buffer.len() as u64,
+            available: bytes.len() as u64,
         })
     }
+}
+
+/// Per buffer, whether anything refers to it: what stands in for views that are stored
+/// compressed elsewhere has no data of its own.
+fn needed(document: &gltf::Document, exact: &Exact) -> Vec<bool> {
+    let mut is_needed = vec![false; document.buffers().len()];
+    let compressed = exact.buffer_views.iter().filter_map(|view| view.extensions.meshopt.as_ref());
+    let plain = document.views().filter(|view| meshopt_of(exact, view.index()).is_none());
+    for index in plain.map(|view| view.buffer().index()).chain(compressed.map(|source| source.buffer)) {
+        is_needed.get_mut(index).into_iter().for_each(|flag| *flag = true);
+    }
+    is_needed
+}
+
+fn meshopt_of(exact: &Exact, view: usize) -> Option<&Meshopt> {
+    exact.buffer_views.get(view)?.extensions.meshopt.as_ref()
 }
 
 /// The bytes behind a `uri`: a base64 data URI, or a file beside the scene.

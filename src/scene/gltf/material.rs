@@ -2,6 +2,7 @@
 
 use super::super::error::SceneProblem;
 use super::super::{Material, TextureUse, Wrap};
+use super::exact::{Exact, SpecularGlossiness};
 use super::notes::Notes;
 use ::gltf::Document;
 use ::gltf::material::AlphaMode;
@@ -29,8 +30,8 @@ pub(super) struct TextureKey {
 pub(super) struct MaterialUse {
     /// Index into the scene's materials.
     pub index: usize,
-    /// The set of texture coordinates that its textures use.
-    pub uv_set: u32,
+    /// The sets of texture coordinates that its textures use: the vertices' first and second.
+    pub uv_sets: [Option<u32>; 2],
     /// Whether it has any texture.
     pub is_textured: bool,
     /// Its normal map.
@@ -38,17 +39,30 @@ pub(super) struct MaterialUse {
 }
 
 /// Materials in the order of their first use, with the textures they want.
-pub(super) struct Materials {
+pub(super) struct Materials<'a> {
+    exact: &'a Exact,
     placed: HashMap<Option<usize>, MaterialUse>,
     materials: Vec<Material>,
     textures: Vec<TextureKey>,
+    to_convert: Vec<(usize, SpecularGlossiness)>,
     unused: usize,
 }
 
-impl Materials {
-    pub(super) fn new(document: &Document) -> Self {
+/// What is left to do when all materials are known.
+pub(super) struct Finished {
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// The textures that they index.
+    pub textures: Vec<TextureKey>,
+    /// Materials whose colours and textures are of KHR_materials_pbrSpecularGlossiness.
+    pub to_convert: Vec<(usize, SpecularGlossiness)>,
+}
+
+impl<'a> Materials<'a> {
+    pub(super) fn new(document: &Document, exact: &'a Exact) -> Self {
         let unused = document.materials().len();
-        Self { placed: HashMap::new(), materials: Vec::new(), textures: Vec::new(), unused }
+        let (placed, materials, textures, to_convert) = Default::default();
+        Self { exact, placed, materials, textures, to_convert, unused }
     }
 
     /// Converts a material on its first use.
@@ -62,12 +76,12 @@ impl Materials {
         Ok(placed)
     }
 
-    /// The materials and the textures that they index.
-    pub(super) fn finish(self, notes: &mut Notes) -> (Vec<Material>, Vec<TextureKey>) {
+    /// All materials that were placed.
+    pub(super) fn finish(self, notes: &mut Notes) -> Finished {
         if self.unused > 0 {
             notes.add(format!("{} materials are not used by anything drawn", self.unused), "");
         }
-        (self.materials, self.textures)
+        Finished { materials: self.materials, textures: self.textures, to_convert: self.to_convert }
     }
 
     fn convert(&mut self, source: &gltf::Material, notes: &mut Notes) -> Result<MaterialUse, SceneProblem> {
@@ -76,15 +90,17 @@ impl Materials {
             (None, Some(index)) => format!("material {index}"),
             (None, None) => "default material".to_owned(),
         };
-        let slots = slots(source);
-        let uv_set = slots.iter().flatten().next().map_or(0, |slot| slot.uv_set);
+        let of_file = source.index().and_then(|index| self.exact.materials.get(index));
+        let specular_glossiness = of_file.and_then(|material| material.extensions.specular_glossiness);
+        let slots = slots(source, specular_glossiness.is_some());
+        let uv_sets = uv_sets(&slots);
         let [base, rough, normal, emissive] = slots.map(|slot| {
             let slot = slot?;
-            if slot.uv_set == uv_set {
-                return Some(self.texture_use(&slot));
+            if let Some(second) = uv_sets.iter().position(|set| *set == Some(slot.uv_set)) {
+                return Some(self.texture_use(&slot, second == 1));
             }
             notes.add(
-                "textures that use a second set of texture coordinates are left out",
+                "textures that use a third set of texture coordinates are left out",
                 format!("{name} ({})", slot.what),
             );
             None
@@ -107,23 +123,32 @@ impl Materials {
         };
         note_approximations(source, &material.name, notes);
         check(&material, source.index(), &self.materials)?;
+        self.to_convert.extend(specular_glossiness.map(|factors| (self.materials.len(), factors)));
         self.materials.push(material);
         Ok(MaterialUse {
             index: self.materials.len() - 1,
-            uv_set,
+            uv_sets,
             is_textured: [base, rough, normal, emissive].iter().any(Option::is_some),
             normal_map: normal,
         })
     }
 
-    fn texture_use(&mut self, slot: &Slot) -> TextureUse {
+    fn texture_use(&mut self, slot: &Slot, second_uv: bool) -> TextureUse {
         let known = self.textures.iter().position(|key| *key == slot.key);
         let texture = known.unwrap_or_else(|| {
             self.textures.push(slot.key);
             self.textures.len() - 1
         });
-        TextureUse { texture, u_row: slot.rows[0], v_row: slot.rows[1] }
+        TextureUse { texture, second_uv, u_row: slot.rows[0], v_row: slot.rows[1] }
     }
+}
+
+/// The first two different sets of texture coordinates in the order of the slots, and
+/// TEXCOORD_0 for a material without textures.
+fn uv_sets(slots: &[Option<Slot>; 4]) -> [Option<u32>; 2] {
+    let mut used = slots.iter().flatten().map(|slot| slot.uv_set);
+    let first = used.next().unwrap_or(0);
+    [Some(first), used.find(|set| *set != first)]
 }
 
 /// One of a material's textures.
@@ -134,8 +159,9 @@ struct Slot {
     rows: [Vec3; 2],
 }
 
-/// Base colour, metallic-roughness, normal and emissive texture.
-fn slots(source: &gltf::Material) -> [Option<Slot>; 4] {
+/// Base colour, metallic-roughness (a colour where it is specular and glossiness yet),
+/// normal and emissive texture.
+fn slots(source: &gltf::Material, is_specular: bool) -> [Option<Slot>; 4] {
     let pbr = source.pbr_metallic_roughness();
     let from_info = |what, info: gltf::texture::Info, srgb| {
         let transform = info.texture_transform();
@@ -146,7 +172,7 @@ fn slots(source: &gltf::Material) -> [Option<Slot>; 4] {
     let lit = |slot: Option<Slot>| if source.unlit() { None } else { slot };
     [
         pbr.base_color_texture().map(|info| from_info("base colour", info, true)),
-        lit(pbr.metallic_roughness_texture().map(|info| from_info("metallic-roughness", info, false))),
+        lit(pbr.metallic_roughness_texture().map(|info| from_info("metallic-roughness", info, is_specular))),
         lit(source.normal_texture().map(|texture| normal_slot(&texture))),
         lit(source.emissive_texture().map(|info| from_info("emissive", info, true))),
     ]

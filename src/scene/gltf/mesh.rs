@@ -3,43 +3,119 @@
 use super::super::error::SceneProblem;
 use super::super::{Instance, Mesh, Vertex};
 use super::accessor::{self, read_indices, read_vectors};
+use super::budget::Budget;
 use super::container::Buffers;
-use super::geometry;
+use super::exact::Exact;
 use super::material::{MaterialUse, Materials};
-use super::nodes::PlacedMesh;
+use super::nodes::{Placed, PlacedMesh};
 use super::notes::Notes;
+use super::pose::{Pose, Skin};
+use super::{geometry, instancing};
 use ::gltf::{Document, Primitive, Semantic};
-use glam::{Vec2, Vec3, Vec4};
+use glam::{DAffine3, Vec2, Vec3, Vec4};
 use std::collections::HashMap;
 
-/// Loads the meshes that nodes place, each primitive once however often it is placed.
-pub(super) fn load_placed(
-    document: &Document,
-    placed: &[PlacedMesh],
-    buffers: &Buffers,
-    materials: &mut Materials,
-    notes: &mut Notes,
-) -> Result<(Vec<Mesh>, Vec<Instance>), SceneProblem> {
-    let sources: Vec<gltf::Mesh> = document.meshes().collect();
-    let mut meshes = Vec::new();
-    let mut instances = Vec::new();
-    let mut loaded: HashMap<usize, std::ops::Range<usize>> = HashMap::new();
-    for place in placed {
-        let range = match loaded.get(&place.mesh) {
-            Some(range) => range.clone(),
-            None => {
-                let start = meshes.len();
-                for primitive in sources[place.mesh].primitives() {
-                    let label = Label::new(&sources[place.mesh], &primitive);
-                    meshes.extend(load_primitive(&primitive, &label, buffers, materials, notes)?);
+/// What meshes are loaded from, and what loading them adds to.
+pub(super) struct Source<'a, 'e> {
+    pub document: &'a Document,
+    pub exact: &'a Exact,
+    pub buffers: &'a Buffers,
+    pub materials: &'a mut Materials<'e>,
+    pub budget: &'a mut Budget,
+    pub notes: &'a mut Notes,
+}
+
+/// A mesh as one of its nodes shows it: meshes alike in all of these are loaded once.
+type Shown = (usize, Vec<u32>, Option<usize>);
+
+impl Source<'_, '_> {
+    /// Loads the meshes that nodes place, each primitive once for all nodes that show it alike.
+    pub(super) fn load_placed(&mut self, placed: &Placed) -> Result<(Vec<Mesh>, Vec<Instance>), SceneProblem> {
+        let nodes: Vec<gltf::Node> = self.document.nodes().collect();
+        let sources: Vec<gltf::Mesh> = self.document.meshes().collect();
+        let mut meshes = Vec::new();
+        let mut instances = Vec::new();
+        let mut loaded: HashMap<Shown, std::ops::Range<usize>> = HashMap::new();
+        for place in &placed.meshes {
+            let (node, source) = (&nodes[place.node], &sources[place.mesh]);
+            let skin = Skin::of(node, &placed.world_from_node, self.buffers, self.notes)?;
+            let weights = node.weights().or(source.weights()).unwrap_or_default().to_vec();
+            // A skin alone says where its vertices are: the node's own transform counts for
+            // nothing (glTF 2.0, section 3.7.3.3).
+            let world_from_object = match &skin {
+                Some(skin) => vec![DAffine3::from_translation(skin.origin)],
+                None => self.placements(place)?,
+            };
+            let bits = weights.iter().map(|weight| weight.to_bits()).collect();
+            let shown = (place.mesh, bits, skin.is_some().then_some(place.node));
+            let pose = Pose { weights, skin };
+            let range = match loaded.get(&shown) {
+                Some(range) => range.clone(),
+                None => {
+                    let start = meshes.len();
+                    for primitive in source.primitives() {
+                        let label = Label::new(source, &primitive);
+                        meshes.extend(self.load_primitive(&primitive, &pose, &label)?);
+                    }
+                    loaded.entry(shown).or_insert(start..meshes.len()).clone()
                 }
-                loaded.insert(place.mesh, start..meshes.len());
-                start..meshes.len()
-            }
-        };
-        instances.extend(range.map(|mesh| Instance { mesh, world_from_object: place.world_from_object }));
+            };
+            self.budget.instances(range.len() * world_from_object.len(), &format!("nodes[{}]", place.node))?;
+            let one_each =
+                |mesh| world_from_object.iter().map(move |&world_from_object| Instance { mesh, world_from_object });
+            instances.extend(range.flat_map(one_each));
+        }
+        Ok((meshes, instances))
     }
-    Ok((meshes, instances))
+
+    /// Where a node's mesh is: once, or as often as EXT_mesh_gpu_instancing says.
+    fn placements(&mut self, place: &PlacedMesh) -> Result<Vec<DAffine3>, SceneProblem> {
+        match &self.exact.nodes[place.node].extensions.instancing {
+            None => Ok(vec![place.world_from_object]),
+            Some(instancing) => {
+                let item = format!("nodes[{}].extensions.EXT_mesh_gpu_instancing", place.node);
+                let locals = instancing::transforms(instancing, self.document, self.buffers, self.budget, &item)?;
+                Ok(locals.into_iter().map(|local| place.world_from_object * local).collect())
+            }
+        }
+    }
+
+    /// A primitive as a mesh; `None` for points, lines and primitives without a triangle.
+    fn load_primitive(
+        &mut self,
+        primitive: &Primitive,
+        pose: &Pose,
+        label: &Label,
+    ) -> Result<Option<Mesh>, SceneProblem> {
+        if !geometry::is_triangles(primitive.mode()) {
+            self.notes.add("points and lines are not drawn", &label.name);
+            return Ok(None);
+        }
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            self.notes.add("meshes without positions are not drawn", &label.name);
+            return Ok(None);
+        };
+        self.budget.vertices(positions.count(), &label.item)?;
+        let material = self.materials.place(&primitive.material(), self.notes)?;
+        let mut vertices = read_vertices(primitive, &material, label, self.buffers, self.notes)?;
+        pose.apply(primitive, &mut vertices, &label.item, self.buffers)?;
+        let mut indices = read_triangles(primitive, vertices.len(), label, self.buffers)?;
+        if indices.is_empty() {
+            self.notes.add("meshes without a single triangle are not drawn", &label.name);
+            return Ok(None);
+        }
+        if pose.skin.as_ref().is_some_and(Skin::mirrors) {
+            indices.as_chunks_mut::<3>().0.iter_mut().for_each(|triangle| triangle.swap(1, 2));
+        }
+        if primitive.get(&Semantic::Normals).is_none() {
+            self.budget.vertices(indices.len(), &label.item)?;
+            (vertices, indices) = geometry::flatten(&vertices, &indices);
+        } else if geometry::repair_normals(&mut vertices, &indices) > 0 {
+            self.notes.add("normals of length zero are replaced by those of the faces", &label.name);
+        }
+        finish_tangents(primitive, &mut vertices, &indices, &material, label, self.notes);
+        Ok(Some(Mesh { name: label.name.clone(), vertices, indices, material: material.index }))
+    }
 }
 
 /// What a primitive is called in messages and notes.
@@ -57,37 +133,6 @@ impl Label {
         let item = format!("meshes[{index}]{quoted}, primitive {}", primitive.index());
         Self { item, name: mesh.name().map_or_else(|| format!("mesh {index}"), str::to_owned) }
     }
-}
-
-/// A primitive as a mesh; `None` for points, lines and primitives without a triangle.
-fn load_primitive(
-    primitive: &Primitive,
-    label: &Label,
-    buffers: &Buffers,
-    materials: &mut Materials,
-    notes: &mut Notes,
-) -> Result<Option<Mesh>, SceneProblem> {
-    if !geometry::is_triangles(primitive.mode()) {
-        notes.add("points and lines are not drawn", &label.name);
-        return Ok(None);
-    }
-    if primitive.morph_targets().len() > 0 {
-        notes.add("morph targets are not applied", &label.name);
-    }
-    let material = materials.place(&primitive.material(), notes)?;
-    let mut vertices = read_vertices(primitive, &material, label, buffers, notes)?;
-    let mut indices = read_triangles(primitive, vertices.len(), label, buffers)?;
-    if indices.is_empty() {
-        notes.add("meshes without a single triangle are not drawn", &label.name);
-        return Ok(None);
-    }
-    if primitive.get(&Semantic::Normals).is_none() {
-        (vertices, indices) = geometry::flatten(&vertices, &indices);
-    } else if geometry::repair_normals(&mut vertices, &indices) > 0 {
-        notes.add("normals of length zero are replaced by those of the faces", &label.name);
-    }
-    finish_tangents(primitive, &mut vertices, &indices, &material, label, notes);
-    Ok(Some(Mesh { name: label.name.clone(), vertices, indices, material: material.index }))
 }
 
 fn read_triangles(
@@ -134,8 +179,15 @@ fn read_vertices(
     reader.read(Semantic::Positions, true, |vertex, position: [f32; 3]| vertex.position = position.into())?;
     reader.read(Semantic::Normals, false, |vertex, normal: [f32; 3]| vertex.normal = normal.into())?;
     reader.read(Semantic::Tangents, false, |vertex, tangent: [f32; 4]| vertex.tangent = tangent.into())?;
-    let uv = Semantic::TexCoords(material.uv_set);
-    if !reader.read(uv, true, |vertex, uv: [f32; 2]| vertex.uv = uv.into())? && material.is_textured {
+    let [first, second] = material.uv_sets.map(|set| set.map(Semantic::TexCoords));
+    let mut has_coordinates = true;
+    if let Some(set) = first {
+        has_coordinates &= reader.read(set, true, |vertex, uv: [f32; 2]| vertex.uv = uv.into())?;
+    }
+    if let Some(set) = second {
+        has_coordinates &= reader.read(set, true, |vertex, uv: [f32; 2]| vertex.uv1 = uv.into())?;
+    }
+    if !has_coordinates && material.is_textured {
         notes.add("textures are drawn without texture coordinates", &label.name);
     }
     let colors = Semantic::Colors(0);
@@ -197,8 +249,8 @@ fn finish_tangents(
     match material.normal_map {
         Some(map) if !from_file => {
             let lookup = |vertex: &Vertex| {
-                let uv1 = vertex.uv.extend(1.0);
-                Vec2::new(map.u_row.dot(uv1), map.v_row.dot(uv1))
+                let at = if map.second_uv { vertex.uv1 } else { vertex.uv }.extend(1.0);
+                Vec2::new(map.u_row.dot(at), map.v_row.dot(at))
             };
             geometry::generate_tangents(vertices, indices, lookup);
             notes.add("tangents for normal maps are generated from the texture coordinates", &label.name);

@@ -2,12 +2,12 @@
 
 use super::super::error::SceneProblem;
 use super::super::{Light, LightKind, NamedCamera};
-use super::container::{Exact, ExactNode, ExactPerspective};
+use super::cameras;
+use super::exact::{Exact, ExactNode};
 use super::notes::Notes;
-use crate::camera::Camera;
 use ::gltf::khr_lights_punctual::Kind;
 use ::gltf::{Document, Node};
-use glam::{DAffine3, DMat3, DMat4, DQuat, DVec2, DVec3, Vec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3, Vec3};
 
 /// Deepest hierarchy accepted; real ones, skeletons included, stay below a hundred.
 const MAX_DEPTH: usize = 1024;
@@ -18,11 +18,15 @@ pub(super) struct Placed {
     pub meshes: Vec<PlacedMesh>,
     pub cameras: Vec<NamedCamera>,
     pub lights: Vec<Light>,
+    /// Per node of the document, where it is; `None` for nodes outside the scene.
+    pub world_from_node: Vec<Option<DAffine3>>,
 }
 
 /// A mesh of the document, placed.
 pub(super) struct PlacedMesh {
     pub mesh: usize,
+    /// The node that places it, for its weights and its skin.
+    pub node: usize,
     pub world_from_object: DAffine3,
 }
 
@@ -39,11 +43,11 @@ fn label(node: &Node) -> String {
 /// glTF demands disjoint strict trees, so that a node met twice is an error: it would
 /// also be the way to a cycle, or to exponentially many instances in a small file.
 pub(super) fn walk(document: &Document, exact: &Exact, notes: &mut Notes) -> Result<Placed, SceneProblem> {
-    let mut placed = Placed::default();
+    let mut placed = Placed { world_from_node: vec![None; document.nodes().len()], ..Default::default() };
     let mut visited = vec![false; document.nodes().len()];
-    let mut stack: Vec<(Node, DAffine3, usize)> =
-        roots(document).into_iter().rev().map(|node| (node, DAffine3::IDENTITY, 0)).collect();
-    while let Some((node, world_from_parent, depth)) = stack.pop() {
+    let mut stack: Vec<(Node, DAffine3, usize, bool)> =
+        roots(document).into_iter().rev().map(|node| (node, DAffine3::IDENTITY, 0, true)).collect();
+    while let Some((node, world_from_parent, depth, is_shown)) = stack.pop() {
         let broken = |detail: String| SceneProblem::Hierarchy { item: label(&node), detail };
         if std::mem::replace(&mut visited[node.index()], true) {
             return Err(broken("is reached twice: it has two parents or is its own ancestor".to_owned()));
@@ -56,10 +60,17 @@ pub(super) fn walk(document: &Document, exact: &Exact, notes: &mut Notes) -> Res
             let item = format!("the transform of {}", label(&node));
             return Err(SceneProblem::NotFinite { item, detail: "too large, NaN or infinite".to_owned() });
         }
-        place(&node, world_from_node, exact, &mut placed, notes)?;
+        placed.world_from_node[node.index()] = Some(world_from_node);
+        let hides = exact.nodes[node.index()].extensions.visibility.as_ref().is_some_and(|it| !it.visible);
+        if hides {
+            notes.add("nodes that the file hides are not drawn", node.name().unwrap_or_default());
+        }
+        let is_shown = is_shown && !hides;
+        place(&node, world_from_node, is_shown, exact, &mut placed, notes)?;
         let children: Vec<Node> = node.children().collect();
-        stack.extend(children.into_iter().rev().map(|child| (child, world_from_node, depth + 1)));
+        stack.extend(children.into_iter().rev().map(|child| (child, world_from_node, depth + 1, is_shown)));
     }
+    cameras::tell_apart(&mut placed.cameras);
     Ok(placed)
 }
 
@@ -92,62 +103,23 @@ fn local_transform(node: &ExactNode) -> DAffine3 {
 fn place(
     node: &Node,
     world_from_node: DAffine3,
+    is_shown: bool,
     exact: &Exact,
     placed: &mut Placed,
     notes: &mut Notes,
 ) -> Result<(), SceneProblem> {
-    if let Some(mesh) = node.mesh() {
-        placed.meshes.push(PlacedMesh { mesh: mesh.index(), world_from_object: world_from_node });
+    if let Some(mesh) = node.mesh().filter(|_| is_shown) {
+        placed.meshes.push(PlacedMesh { mesh: mesh.index(), node: node.index(), world_from_object: world_from_node });
     }
     if let Some(source) = node.camera() {
-        let index = source.index();
-        let name = source.name().or(node.name()).map_or_else(|| format!("camera {index}"), str::to_owned);
-        match exact.cameras[index].perspective {
-            Some(perspective) => {
-                let camera = camera(perspective, world_from_node, &format!("cameras[{index}] {name:?}"))?;
-                placed.cameras.push(NamedCamera { name, camera });
-            }
-            None => notes.add("orthographic cameras are left out", name),
-        }
+        let camera = cameras::camera(&source, node, world_from_node, exact, notes)?;
+        placed.cameras.push(camera);
     }
-    if let Some(source) = node.light() {
+    if let Some(source) = node.light().filter(|_| is_shown) {
         let item = format!("the light of {}", label(node));
         placed.lights.push(light(&source, world_from_node, &item)?);
     }
     Ok(())
-}
-
-/// A camera with the file's own field of view and aspect ratio. A node's scale moves its
-/// children but does not stretch what a camera sees (glTF 2.0, section 3.10.2).
-fn camera(source: ExactPerspective, world_from_node: DAffine3, item: &str) -> Result<Camera, SceneProblem> {
-    let ExactPerspective { yfov, znear, aspect_ratio } = source;
-    let invalid = |detail: String| Err(SceneProblem::invalid(item, detail));
-    if !(yfov > 0.0 && yfov < std::f64::consts::PI) {
-        return invalid(format!("has a yfov of {yfov} rad, which is not between 0 and pi"));
-    }
-    if !(znear > 0.0 && znear.is_finite()) {
-        return invalid(format!("has a znear of {znear}, which is not a positive distance"));
-    }
-    if aspect_ratio.is_some_and(|aspect| !(aspect > 0.0 && aspect.is_finite())) {
-        return invalid(format!("has an aspectRatio of {aspect_ratio:?}, which is not a positive number"));
-    }
-    let axes = world_from_node.matrix3;
-    let back = axes.z_axis.normalize_or_zero();
-    let right = (axes.x_axis - back * axes.x_axis.dot(back)).normalize_or_zero();
-    if back == DVec3::ZERO || right == DVec3::ZERO {
-        return invalid("is on a node whose scale is zero".to_owned());
-    }
-    // A mirrored node would give a left-handed frame: its up axis is kept, its right turns.
-    let up = back.cross(right) * if axes.determinant() < 0.0 { -1.0 } else { 1.0 };
-    let rotation = DMat3::from_cols(up.cross(back), up, back);
-    Ok(Camera {
-        position: world_from_node.translation,
-        orientation: DQuat::from_mat3(&rotation).normalize(),
-        fov_y: yfov,
-        aspect: aspect_ratio,
-        near_m: znear,
-        frame_centre_slope: DVec2::ZERO,
-    })
 }
 
 /// KHR_lights_punctual: lights shine along their node's -z and ignore its scale.

@@ -1,25 +1,14 @@
 //! Checks on the JSON before the `gltf` crate's accessors may touch it.
 
 use super::super::error::SceneProblem;
+use super::extensions;
 use super::notes::Notes;
 use ::gltf::json::{self, validation};
 use ::gltf::{Document, Semantic};
 
-/// Required extensions that are honoured, or whose absence changes shading alone.
-const SUPPORTED_EXTENSIONS: &[&str] = &[
-    "KHR_lights_punctual",
-    "KHR_materials_unlit",
-    "KHR_materials_emissive_strength",
-    "KHR_materials_specular",
-    "KHR_materials_ior",
-    "KHR_materials_transmission",
-    "KHR_texture_transform",
-    "KHR_mesh_quantization",
-];
-
 /// The validated document.
 pub(super) fn document(root: json::Root) -> Result<Document, SceneProblem> {
-    check_extensions(&root)?;
+    extensions::check_required(&root.extensions_required)?;
     check_positions(&root)?;
     let mut first = None;
     validation::Validate::validate(&root, &root, json::Path::new, &mut |path, error| {
@@ -33,17 +22,6 @@ pub(super) fn document(root: json::Root) -> Result<Document, SceneProblem> {
     Ok(Document::from_json_without_validation(root))
 }
 
-fn check_extensions(root: &json::Root) -> Result<(), SceneProblem> {
-    let unsupported = root.extensions_required.iter().find(|name| !SUPPORTED_EXTENSIONS.contains(&name.as_str()));
-    let Some(name) = unsupported else { return Ok(()) };
-    let hint = match name.as_str() {
-        "KHR_draco_mesh_compression" | "EXT_meshopt_compression" => ", that is with uncompressed meshes",
-        "KHR_texture_basisu" | "EXT_texture_webp" | "EXT_texture_avif" => ", that is with PNG or JPEG images",
-        _ => "",
-    };
-    Err(SceneProblem::RequiredExtension { name: name.clone(), hint })
-}
-
 /// The crate's own validation indexes accessors with POSITION before it checks the index.
 fn check_positions(root: &json::Root) -> Result<(), SceneProblem> {
     let key = validation::Checked::Valid(Semantic::Positions);
@@ -51,24 +29,33 @@ fn check_positions(root: &json::Root) -> Result<(), SceneProblem> {
         for (p, primitive) in mesh.primitives.iter().enumerate() {
             let item = format!("meshes[{m}].primitives[{p}].attributes.POSITION");
             match primitive.attributes.get(&key) {
-                None => return Err(SceneProblem::invalid(item, "is missing")),
                 Some(index) if index.value() >= root.accessors.len() => {
                     return Err(SceneProblem::invalid(item, describe(validation::Error::IndexOutOfBounds)));
                 }
-                Some(_) => {}
+                // A primitive without positions is valid, and nothing to draw.
+                None | Some(_) => {}
             }
         }
     }
     Ok(())
 }
 
-/// Whether an error of the crate's validation is one: required extensions have their own
-/// check, bounds are computed from the vertices, and attributes of unknown meaning (those
-/// of an application begin with `_`) are ignored.
+/// Whether an error of the crate's validation is one. It is not where glTF allows what the
+/// crate does not (an accessor without a view is zeros, a primitive may lack positions,
+/// attributes of unknown meaning are ignored), where another check follows (required
+/// extensions), or where nothing depends on it (bounds are computed from the vertices).
 fn matters(path: &str, error: validation::Error) -> bool {
-    let bounds = path.ends_with(".min") || path.ends_with(".max");
-    let unknown_attribute = path.contains(".attributes[") && matches!(error, validation::Error::Invalid);
-    !(path.starts_with("extensionsRequired") || bounds || unknown_attribute)
+    use validation::Error::{Invalid, Missing};
+    let ends = |endings: &[&str]| endings.iter().any(|ending| path.ends_with(ending));
+    let allowed = match error {
+        Missing => {
+            let zeros = path.starts_with("accessors[") && ends(&["].bufferView"]);
+            zeros || path.contains(".attributes[\"POSITION\"]")
+        }
+        Invalid => path.contains(".attributes["),
+        _ => false,
+    };
+    !(allowed || path.starts_with("extensionsRequired") || ends(&[".min", ".max"]))
 }
 
 fn describe(error: validation::Error) -> &'static str {
@@ -82,23 +69,12 @@ fn describe(error: validation::Error) -> &'static str {
 }
 
 /// Notes the features that this loader draws in their rest state or not at all.
-pub(super) fn note_what_is_left_out(document: &Document, notes: &mut Notes) {
-    if document.animations().len() > 0 {
+pub(super) fn note_what_is_left_out(document: &Document, animations: usize, notes: &mut Notes) {
+    if animations > 0 {
         notes.add("animations are not played: the rest pose is shown", "");
-    }
-    if document.skins().len() > 0 {
-        notes.add("skins are not applied: the rest pose is shown", "");
     }
     if document.scenes().len() > 1 {
         notes.add("the file has several scenes: only its default one is shown", "");
     }
-    let ignored = document.extensions_used().filter(|name| !SUPPORTED_EXTENSIONS.contains(name));
-    for name in ignored {
-        notes.add("glTF extensions that are ignored", name);
-    }
-    for name in ["KHR_materials_specular", "KHR_materials_ior"] {
-        if document.extensions_used().any(|used| used == name) {
-            notes.add("glTF extensions that are ignored", name);
-        }
-    }
+    extensions::note_ignored(document, notes);
 }

@@ -109,7 +109,7 @@ impl QuadSpec {
             let across = |from: DVec3, to: DVec3, t: f32| from + (to - from) * f64::from(t);
             let position = across(across(corners[0], corners[1], at.x), across(corners[3], corners[2], at.x), at.y);
             let (position, tangent) = (position.as_vec3(), Vec4::new(1.0, 0.0, 0.0, 1.0));
-            Vertex { position, normal, tangent, uv: at, color: color.extend(1.0) }
+            Vertex { position, normal, tangent, uv: at, uv1: at, color: color.extend(1.0) }
         };
         let own = Vec3::from_array(self.radiance);
         let (cells, other) = match &self.pattern {

@@ -8,7 +8,6 @@ use crate::image::ColorImage;
 use crate::lens::Lens;
 use crate::methods::{Accumulation, Method};
 use crate::metrics::{self, CompareOptions};
-use crate::scene::rgbd::DepthEncoding;
 use crate::study::{DepthArgs, Progress, Source, StudyError, step};
 use crate::view::{SurfaceOptions, View};
 use glam::{UVec2, uvec2};
@@ -96,7 +95,7 @@ fn small_scene(gpu: &Gpu) -> Result<Measured, StudyError> {
 
 fn built_in(gpu: &Gpu, name: &str) -> Result<Measured, StudyError> {
     const SIZE: UVec2 = uvec2(160, 120);
-    let source = Source::open(name, &DepthArgs { file: None, encoding: DepthEncoding::METRES })?;
+    let source = Source::open(name, &DepthArgs::default())?;
     let uploaded = source.upload(gpu, SurfaceOptions::default());
     let mut view = uploaded.view(0, SIZE, 0, None)?;
     let depth = view.depth_m(gpu);

@@ -118,7 +118,7 @@ impl SceneCondition {
             ],
         };
         let one_color = self.content == Content::OneColor;
-        let texture = TextureUse { texture: 0, u_row: Vec3::X, v_row: Vec3::Y };
+        let texture = TextureUse { texture: 0, second_uv: false, u_row: Vec3::X, v_row: Vec3::Y };
         let material = Material {
             base_color: if one_color { ONE_COLOR.extend(1.0) } else { Vec4::ONE },
             base_color_texture: (!one_color).then_some(texture),
@@ -181,6 +181,7 @@ fn quad(centre: DVec3, half_size: Vec2, lean_rad: f32) -> Mesh {
             tangent: Vec4::new(1.0, 0.0, 0.0, 1.0),
             uv: vec2(at.x, 1.0 - at.y),
             color: Vec4::ONE,
+            ..Default::default()
         }
     };
     let vertices = (0..4).map(corner).collect();

@@ -1,0 +1,76 @@
+//! Which glTF extensions are read, and which a file may require although they are not.
+
+use super::super::error::SceneProblem;
+use super::notes::Notes;
+use ::gltf::Document;
+
+/// Extensions that are honoured.
+const READ: &[&str] = &[
+    "EXT_mesh_gpu_instancing",
+    "EXT_meshopt_compression",
+    "EXT_texture_webp",
+    "KHR_lights_punctual",
+    "KHR_materials_emissive_strength",
+    "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_unlit",
+    "KHR_mesh_quantization",
+    "KHR_node_visibility",
+    "KHR_texture_transform",
+];
+
+/// Extensions that change neither where a surface is nor how it is shaded: what moves, what
+/// a viewer may do, and what things mean. A scene at rest is drawn the same without them.
+const HARMLESS: &[&str] = &[
+    "AGI_articulations",
+    "AGI_stk_metadata",
+    "EXT_feature_metadata",
+    "EXT_instance_features",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
+    "KHR_animation_pointer",
+    "KHR_interactivity",
+    "KHR_node_hoverability",
+    "KHR_node_selectability",
+    "KHR_techniques_webgl",
+    "KHR_xmp",
+    "KHR_xmp_json_ld",
+    "MSFT_lod",
+    "MSFT_packing_normalRoughnessMetallic",
+    "MSFT_packing_occlusionRoughnessMetallic",
+];
+
+/// Whether a file that requires the extension is drawn: extensions of materials, lights and
+/// textures change what a surface shows and never where it is.
+fn may_be_required(name: &str) -> bool {
+    let shading = ["_materials_", "_lights_", "_texture_"].iter().any(|part| name.contains(part));
+    shading || READ.contains(&name) || HARMLESS.contains(&name)
+}
+
+/// Refuses what changes geometry and is not read.
+pub(super) fn check_required(required: &[String]) -> Result<(), SceneProblem> {
+    let Some(name) = required.iter().find(|name| !may_be_required(name)) else { return Ok(()) };
+    let hint = match name.as_str() {
+        "KHR_draco_mesh_compression" => ", that is with uncompressed meshes",
+        _ => "",
+    };
+    Err(SceneProblem::RequiredExtension { name: name.clone(), hint })
+}
+
+/// Notes the extensions that a file uses and that are not read.
+pub(super) fn note_ignored(document: &Document, notes: &mut Notes) {
+    // Transmission has a note of its own, with the materials that have it.
+    let ignored = document
+        .extensions_used()
+        .filter(|name| !READ.contains(name) && !HARMLESS.contains(name) && *name != "KHR_materials_transmission");
+    for name in ignored {
+        let required = document.extensions_required().any(|other| other == name);
+        notes.add(
+            if required {
+                "the file asks for glTF extensions that are left out"
+            } else {
+                "glTF extensions that are ignored"
+            },
+            name,
+        );
+    }
+}
