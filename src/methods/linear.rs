@@ -253,8 +253,9 @@ impl Linear {
         let Layer { color, depth } = view.pinhole(frame);
         let lens_uniform = view.lens_uniform(lens);
         let params = self.uniform(view, lens, greatest_px);
-        let sub_pixels = self.sub_pixels();
-        let sub_pixels = frame.gpu().buffer_of("sub-pixels", &sub_pixels);
+        let gpu = frame.gpu();
+        let sampling = self.filter().sampling;
+        let sub_pixels = gpu.memo().get(&sampling, || gpu.buffer_of("sub-pixels", &self.sub_pixels()));
         let outer = color.size();
         let tiles = (outer + TILE_PX - 1) / TILE_PX;
         let circles = frame.texture(CIRCLES, outer, wgpu::TextureFormat::Rg32Float);

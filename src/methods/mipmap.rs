@@ -384,7 +384,11 @@ fn build_pyramids(
             let mut pass = if level == 0 {
                 frame.pass(&SHADER, image).uniform("params", &uniforms.params).texture("color", &pinhole.color)
             } else {
-                frame.pass(&SHADER, finer).label(format!("{finer} {level}")).level("finer_color", &color, level - 1)
+                frame.pass(&SHADER, finer).label(format_args!("{finer} {level}")).level(
+                    "finer_color",
+                    &color,
+                    level - 1,
+                )
             };
             if class == IN_FOCUS {
                 pass = pass.sampler("linear_clamp", SamplerKind::Linear);
@@ -484,7 +488,7 @@ impl Reading<'_> {
     }
 
     /// Exposes what each pixel is blurred by, and where in the pyramid that is read.
-    fn explain(&self, frame: &mut Frame<'_>, entry: &str, blur: &Texture) {
+    fn explain(&self, frame: &mut Frame<'_>, entry: &'static str, blur: &Texture) {
         if !frame.keeps_intermediates() {
             return;
         }
@@ -566,7 +570,7 @@ impl Reading<'_> {
             for (class, entry) in [(DEFOCUSED, "filter_level"), (IN_FOCUS, "keep_level")] {
                 let mut pass = frame
                     .pass(&SHADER, entry)
-                    .label(format!("{entry} {level}"))
+                    .label(format_args!("{entry} {level}"))
                     .level("finer_color", &pyramids.color, level)
                     .level("finer_blur", &pyramids.blur, level)
                     .level("new_discs", &discs, level)
@@ -581,7 +585,7 @@ impl Reading<'_> {
     }
 
     /// A pass with the numbers that all of them need.
-    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str) -> Pass<'f, 'g> {
+    fn pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &'static str) -> Pass<'f, 'g> {
         frame.pass(&READ, entry).uniform("params", &self.uniforms.params)
     }
 }

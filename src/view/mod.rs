@@ -21,7 +21,7 @@ pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
-use crate::gpu::{Frame, Gpu, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, DepthImage};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::{shader, uniform};
@@ -65,7 +65,7 @@ pub struct Shading {
     /// `Environment` there.
     pub environment: EnvironmentUniform,
     /// A storage array of `Light`.
-    pub lights: wgpu::Buffer,
+    pub lights: Buffer,
 }
 
 /// Which surfaces a layer holds: per pixel, the nearest that satisfies both bounds.
@@ -159,7 +159,7 @@ pub struct View {
 /// Where the number of replaced pixels is known.
 enum Repaired {
     Counted(usize),
-    OnGpu(wgpu::Buffer),
+    OnGpu(Buffer),
 }
 
 impl View {

@@ -250,6 +250,8 @@ impl Engine {
         let start = Instant::now();
         let gpu = self.gpu.clone();
         let mut frame = gpu.frame();
+        // The panes show them, and how much a step of a reference may do follows from them.
+        frame.time_passes();
         let mut parts = Vec::new();
         if let (false, Some((view, _))) = (chosen.is_empty(), &mut self.view) {
             // The pinhole image before all others: no method's time has it.
