@@ -32,7 +32,7 @@ impl App {
                 self.inspector.close();
                 group(ui, "Inspector", false, |ui| self.inspector(ui));
                 self.vr_group(ui);
-                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, &self.engine.stats().skipped));
+                group(ui, "Timing", true, |ui| timing::show(ui, &self.engine.history, self.engine.stats()));
                 ui.add_space(8.0);
                 let height = ui.min_rect().height();
                 outside.allocate_space(vec2(outside.available_width(), height));

@@ -192,7 +192,8 @@ impl Method for Linear {
             return Ok(super::pinhole::inner(frame, view));
         }
         match BACKENDS[self.backend] {
-            "cpu" => Ok(self.on_cpu(frame, view, lens)),
+            "cpu" if frame.may_wait() => Ok(self.on_cpu(frame, view, lens)),
+            "cpu" => Err(MethodError::HasToWait { method: "linear" }),
             _ => Ok(self.on_gpu(frame, view, lens, greatest_px as f32)),
         }
     }

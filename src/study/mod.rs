@@ -5,6 +5,7 @@ pub mod bench;
 pub mod cache;
 pub mod compare;
 pub mod inside;
+pub mod profile;
 pub mod reference;
 pub mod render;
 pub mod report;
