@@ -4,11 +4,12 @@
 //! The formulas are those of [`crate::display`], which a test holds them to.
 
 use crate::display::{Display, ToneMap};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
 use crate::lens::Lens;
 use crate::metrics::colormap::ColorMap;
 use crate::view::View;
 use crate::{shader, uniform};
+use std::sync::Arc;
 
 mod place;
 mod slice;
@@ -109,6 +110,10 @@ impl Map {
         }
     }
 
+    fn on_gpu(self, gpu: &Gpu) -> Arc<Buffer> {
+        gpu.memo().get(&self, || gpu.buffer_of("colour map", &self.table()))
+    }
+
     /// 256 steps of the map as the shader reads them.
     fn table(self) -> Vec<[f32; 4]> {
         let encoded = |v: u8| f32::from(v) / 255.0;
@@ -162,7 +167,7 @@ pub fn overlay(
         Overlay::Zone { acceptable_px } => ("zone", Map::Diverging, acceptable_px, ZONE_OPACITY),
     };
     let present = Present { full_scale, overscan: view.overscan_px(), opacity, ..Present::new(display) };
-    let color_map = frame.gpu().buffer_of("colour map", &map.table());
+    let color_map = map.on_gpu(frame.gpu());
     let pass = frame.pass(&SHADER, entry).uniform("present", &present).texture("depth", &depth).texture("color", color);
     let pass = match overlay {
         Overlay::Depth { .. } => pass,
@@ -211,7 +216,7 @@ pub fn difference(
     assert_eq!(a.size(), b.size(), "images of one size are compared");
     let result = frame.texture("difference", a.size(), FORMAT);
     let present = Present { full_scale: of.full_scale() / gain, ..Present::new(display) };
-    let color_map = frame.gpu().buffer_of("colour map", &of.map().table());
+    let color_map = of.map().on_gpu(frame.gpu());
     let entry = match of {
         DifferenceOf::Display => "difference",
         DifferenceOf::Signed => "signed_difference",

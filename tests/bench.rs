@@ -117,7 +117,7 @@ fn copies_read_one_texel_a_pixel() {
     let mut frame = gpu().frame();
     let reads = frame.count_texture_reads();
     methods::copy_inner(&mut frame, &mut view);
-    let counted: Vec<u32> = frame.read_buffer(&reads);
+    let counted: Vec<u64> = frame.read_buffer(&reads);
     // 8x8 groups also run beyond the image, where they read as well: 3 x 2 groups.
     assert_eq!(counted, [3 * 2 * 64]);
 }
@@ -134,7 +134,7 @@ fn counting_changes_no_image() {
             let mut frame = gpu().frame();
             let reads = counts.then(|| frame.count_texture_reads());
             let image = methods::record(method.as_ref(), &mut frame, &mut view, &lens).expect("it renders");
-            let count = reads.map(|reads| frame.read_buffer::<u32>(&reads));
+            let count = reads.map(|reads| frame.read_buffer::<u64>(&reads));
             frame.finish();
             (defocus::gpu::download(gpu(), &image), count)
         });

@@ -47,9 +47,9 @@ fn reads(method: &dyn Method, view: &mut View, lens: &Lens) -> f64 {
         let mut frame = gpu().frame();
         let count = frame.count_texture_reads();
         methods::record(method, &mut frame, view, lens).unwrap();
-        let count = frame.read_buffer::<u32>(&count)[0];
+        let count = frame.read_buffer::<u64>(&count)[0];
         frame.finish();
-        f64::from(count) / f64::from(SIZE.element_product())
+        count as f64 / f64::from(SIZE.element_product())
     };
     [&other, lens].map(&mut run)[1]
 }

@@ -52,6 +52,9 @@ fn radii_at(position: vec2f) -> vec4f {
 /// Longest list of runs of occupied bins: every other one.
 const MAX_RUNS = 32u;
 
+/// Most steps of a ray in a run: one that is nearly parallel to the layers ends there.
+const MAX_STEPS = 65535u;
+
 /// s of the near and far end of each run of occupied bins.
 var<workgroup> runs: array<vec2f, MAX_RUNS>;
 var<workgroup> run_count: u32;
@@ -60,7 +63,7 @@ var<workgroup> emitter_count: u32;
 fn find_runs(mask: vec2u) {
     var rest = mask;
     var count = 0u;
-    while any(rest != vec2u(0u)) {
+    while count < MAX_RUNS && any(rest != vec2u(0u)) {
         let start = first_bin(rest);
         // The first bin from `start` on that is not occupied.
         let free = ~rest & ~first_bins(start);
@@ -131,14 +134,15 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = min(runs[r].y, last_s + TOLERANCE_S);
-        var width = 0.0;
-        for (var start = runs[r].x; start < end; start += width) {
-            width = step_from(start, end, v);
+        var start = runs[r].x;
+        for (var step = 0u; step < MAX_STEPS && start < end; step++) {
+            let width = step_from(start, end, v);
             let hit = step_through(p, v, start, width);
             reads += hit.reads;
             if hit.layer != NO_HIT {
                 return Hit(hit.layer, hit.s, hit.at, reads);
             }
+            start += width;
         }
     }
     return Hit(NO_HIT, 0.0, p, reads);

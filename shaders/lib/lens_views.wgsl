@@ -35,9 +35,9 @@ fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = runs[r].y;
-        var width = 0.0;
-        for (var start = runs[r].x; start < end; start += width) {
-            width = step_from(start, end, from_view);
+        var start = runs[r].x;
+        for (var step = 0u; step < MAX_STEPS && start < end; step++) {
+            let width = step_from(start, end, from_view);
             let texel = view_texel(p - from_view * (start + 0.5 * width));
             if texel.x < 0 {
                 return Hit(NO_HIT, 0.0, p, reads);
@@ -51,6 +51,7 @@ fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
             if s <= start + width + TOLERANCE_S {
                 return Hit(0, s, vec2f(texel) + 0.5, reads);
             }
+            start += width;
         }
     }
     return Hit(NO_HIT, 0.0, p, reads);

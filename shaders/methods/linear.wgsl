@@ -75,8 +75,8 @@ fn grid_coverage(radius: f32, offset: vec2f) -> f32 {
     let first = 2.0 * side * offset - (side - 1.0);
     let r = 2.0 * side * radius;
     var count = 0.0;
-    for (var row = 0.0; row < side; row += 4.0) {
-        let rows = row + FOUR;
+    for (var row = 0u; row < params.side; row += 4u) {
+        let rows = f32(row) + FOUR;
         let y = first.y + 2.0 * rows;
         let left = r * r - y * y;
         let half_chord = sqrt(max(left, vec4f(0.0)));

@@ -153,13 +153,16 @@ fn false_position(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
 /// faces the eye lies there as a whole.
 const ROUNDING = 1e-3;
 
+/// Most steps of a ray in a slab: more than any image is wide.
+const MAX_STEPS = 65535u;
+
 /// Steps over which the ray moves by a pixel at most: the first surface before which it
 /// was and behind which it is.
 fn stepped(ray: Ray, slab: u32, near: f32, far: f32) -> f32 {
     let steps = ceil(max(0.5 * length(ray.v) * (far - near), 1.0));
     let step = (far - near) / steps;
-    for (var i = 0.0; i < steps; i += 1.0) {
-        let c = near + (i + 0.5) * step;
+    for (var i = 0u; i < min(u32(steps), MAX_STEPS); i++) {
+        let c = near + (f32(i) + 0.5) * step;
         let height = surface_c(at(ray, c), slab);
         if height <= c + 0.5 * step + ROUNDING {
             return max(height, c - 0.5 * step);

@@ -91,7 +91,7 @@ impl App {
             ui.label(RichText::new(format!("{}, {x} x {y} px: {what}", of.method.title())).small().weak());
             timing::show_passes(ui, times.as_ref());
         }
-        timing::show(ui, &self.engine.history, &self.engine.stats().skipped);
+        timing::show(ui, &self.engine.history, self.engine.stats());
     }
 
     /// What the panes' methods cannot show of the aperture, each method once.

@@ -209,6 +209,8 @@ pub fn wgpu_setup(adapter: Option<String>) -> WgpuSetup {
         let usable: Vec<_> = adapters.iter().filter(usable).cloned().collect();
         gpu::best_adapter(usable, adapter.as_deref()).map_err(|e| e.to_string())
     };
+    let mut setup = WgpuSetupCreateNew::without_display_handle();
+    gpu::without_indirect_checks(&mut setup.instance_descriptor);
     WgpuSetup::CreateNew(WgpuSetupCreateNew {
         native_adapter_selector: Some(Arc::new(choose)),
         device_descriptor: Arc::new(|adapter| wgpu::DeviceDescriptor {
@@ -217,7 +219,7 @@ pub fn wgpu_setup(adapter: Option<String>) -> WgpuSetup {
             required_limits: gpu::wanted_limits(&adapter.limits()),
             ..Default::default()
         }),
-        ..WgpuSetupCreateNew::without_display_handle()
+        ..setup
     })
 }
 

@@ -1,6 +1,6 @@
 //! Times of the last frames: a running plot and numbers.
 
-use crate::gpu::PassTime;
+use crate::gpu::{FrameStats, PassTime};
 use eframe::egui;
 use egui_plot::{Legend, Line, Plot, PlotPoints};
 use std::collections::{BTreeMap, VecDeque};
@@ -131,7 +131,7 @@ pub fn show_passes(ui: &mut egui::Ui, times: Option<&Result<Vec<PassTime>, Strin
 }
 
 /// Plot and table.
-pub fn show(ui: &mut egui::Ui, history: &History, skipped: &BTreeMap<String, u64>) {
+pub fn show(ui: &mut egui::Ui, history: &History, stats: &FrameStats) {
     if history.frames.is_empty() {
         ui.weak("No frame was rendered yet.");
         return;
@@ -139,11 +139,25 @@ pub fn show(ui: &mut egui::Ui, history: &History, skipped: &BTreeMap<String, u64
     plot(ui, history);
     ui.add_space(4.0);
     table(ui, history);
-    for (what, times) in skipped {
+    for text in work(stats) {
+        ui.label(egui::RichText::new(text).small().weak()).on_hover_text("What the last frame consisted of");
+    }
+    for (what, times) in &stats.skipped {
         let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
         let text = egui::RichText::new(format!("skipped: {what}{times}")).small().weak();
         ui.label(text).on_hover_text("Work that the last frame did not need");
     }
+}
+
+/// What a frame consisted of: the counts that `defocus profile` prints.
+fn work(stats: &FrameStats) -> [String; 3] {
+    let FrameStats { passes, dispatches, indirect_dispatches, views, triangles, .. } = stats;
+    let mb = |bytes: u64| bytes as f64 / 1e6;
+    [
+        format!("{passes} passes: {dispatches} dispatches, {indirect_dispatches} of them indirect"),
+        format!("{views} draws of the scene, {triangles} triangles"),
+        format!("{:.0} MB of textures, {:.1} MB of buffers", mb(stats.peak_texture_bytes), mb(stats.peak_buffer_bytes)),
+    ]
 }
 
 fn plot(ui: &mut egui::Ui, history: &History) {

@@ -39,6 +39,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Run time against error over methods, scenes, sizes and blurs; the papers' tables
     Bench(Box<BenchArgs>),
+    /// Where the time goes on this adapter: methods, their passes, what they draw and hold
+    Profile(Box<ProfileArgs>),
     /// Numerical stability: every method under extreme conditions, the first bad pixel named
     Stress(StressArgs),
     /// Random scenes against the reference: where each method is worst, and how bad
@@ -195,6 +197,48 @@ pub struct MergeArgs {
     /// Folder for the whole
     #[arg(short, long, value_name = "DIR")]
     pub output: PathBuf,
+}
+
+/// What changes between the frames of `defocus profile`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WhileName {
+    /// Nothing
+    Still,
+    /// The focus distance, by a hundredth
+    Lens,
+    /// The camera: the scene is drawn anew
+    Camera,
+}
+
+/// `defocus profile`.
+#[derive(Debug, Args)]
+pub struct ProfileArgs {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub lens: LensOptions,
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// Mean CoC diameters, px, one after another [default: the lens as it is]
+    #[arg(long = "coc", value_name = "PX,...", value_delimiter = ',', conflicts_with_all = ["mean_coc", "aperture_diameter_mm"])]
+    pub cocs: Vec<f64>,
+    /// What changes from frame to frame
+    #[arg(long = "while", value_name = "WHAT", value_enum, default_value_t = WhileName::Still)]
+    pub during: WhileName,
+    /// Frames of each kind: timed one by one, recorded, and back to back
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: u32,
+    /// Fewer frames where those of one kind take longer than this
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    pub seconds: f64,
+    /// Also count texture reads, in a frame that is not timed
+    #[arg(long)]
+    pub count_reads: bool,
+    #[command(flatten)]
+    pub run: RunOptions,
 }
 
 /// `defocus diff`.

@@ -9,6 +9,7 @@ mod inside;
 mod list;
 mod options;
 mod output;
+mod profile;
 mod progress;
 mod render;
 mod select;
@@ -39,6 +40,7 @@ fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Compare(args)) => compare::run(args),
         Some(Command::Diff(args)) => diff::run(args),
         Some(Command::Bench(args)) => bench::run(args),
+        Some(Command::Profile(args)) => profile::run(args),
         Some(Command::Stress(args)) => stress::run(args),
         Some(Command::Gauntlet(args)) => gauntlet::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),

@@ -1,17 +1,19 @@
 //! A frame: passes recorded in order, timed, counted, then submitted.
 
-use super::kernel::{Build, Kernel, Pipeline, Resource, SamplerKind};
+use super::arena::{Arena, Piece};
+use super::bind_groups::Resource;
+use super::kernel::{Build, Kernel, MAX_TARGETS, Pipeline, SamplerKind, Targets};
 use super::reads::READS_BINDING;
 use super::wgsl::{Precision, Shader, Uniform};
-use super::{Gpu, Texture};
+use super::{Buffer, Gpu, Texture};
 use cpu_time::ProcessTime;
 use glam::UVec2;
 use std::collections::BTreeMap;
+use std::fmt::Display;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
-use wgpu::util::DeviceExt;
 
-/// Timestamps that the query set holds: two a pass. Passes beyond are not timed.
+/// Timestamps that a query set holds: two a pass. Passes beyond are not timed.
 pub(super) const MAX_TIMESTAMPS: u32 = wgpu::QUERY_SET_MAX_QUERIES;
 
 /// What a frame did and what it did not need to do.
@@ -21,38 +23,95 @@ pub struct FrameStats {
     pub triangles: u64,
     /// Scene views drawn.
     pub views: u64,
-    /// Passes recorded.
+    /// Passes recorded: dispatches, draws and scene views.
     pub passes: u64,
+    /// Dispatches among them, indirect ones included.
+    pub dispatches: u64,
+    /// Dispatches whose grid the GPU decides.
+    pub indirect_dispatches: u64,
     /// Work that was not needed, by name, with how often.
     pub skipped: BTreeMap<String, u64>,
     /// Most bytes of pooled textures in use at once.
     pub peak_texture_bytes: u64,
+    /// Most bytes of pooled buffers in use at once, uniforms included.
+    pub peak_buffer_bytes: u64,
 }
+
+impl FrameStats {
+    /// Most bytes of pooled textures and buffers in use at once, at most: the two peaks may
+    /// lie at different times.
+    pub fn peak_bytes(&self) -> u64 {
+        self.peak_texture_bytes + self.peak_buffer_bytes
+    }
+}
+
+/// Where commands go.
+enum Encoder<'g> {
+    /// The frame submits it.
+    Own(wgpu::CommandEncoder),
+    /// Someone else's, who submits it.
+    Host(&'g mut wgpu::CommandEncoder),
+    /// It was submitted: the frame ends.
+    Gone,
+}
+
+impl Encoder<'_> {
+    fn get(&mut self) -> &mut wgpu::CommandEncoder {
+        match self {
+            Self::Own(encoder) => encoder,
+            Self::Host(encoder) => encoder,
+            Self::Gone => unreachable!("nothing is recorded once a frame has ended"),
+        }
+    }
+}
+
+/// A compute pass that is kept open from one dispatch to the next.
+struct OpenPass {
+    pass: wgpu::ComputePass<'static>,
+    /// The kernel whose pipeline is set.
+    kernel: Arc<Kernel>,
+}
+
+type PassHook<'g> = Box<dyn FnMut(&str) + 'g>;
 
 /// Commands under construction.
 pub struct Frame<'g> {
+    /// Ends before anything else is done with the encoder.
+    open: Option<OpenPass>,
+    encoder: Encoder<'g>,
     gpu: &'g Gpu,
-    encoder: wgpu::CommandEncoder,
+    /// Counts the frames of a [`Gpu`].
+    number: u64,
+    arena: Arena,
     timer: Timer,
     labels: Vec<String>,
     prefix: String,
+    before_pass: Option<PassHook<'g>>,
     /// Counters; methods add what they skipped.
     pub stats: FrameStats,
     /// Format of intermediate colour images.
     pub precision: Precision,
     exposed: Option<Vec<(String, Texture)>>,
-    reads: Option<wgpu::Buffer>,
+    reads: Option<Buffer>,
 }
 
 impl<'g> Frame<'g> {
     pub(super) fn new(gpu: &'g Gpu) -> Self {
-        gpu.0.pool.start_frame();
+        let encoder = gpu.device().create_command_encoder(&Default::default());
+        Self::recording(gpu, Encoder::Own(encoder))
+    }
+
+    fn recording(gpu: &'g Gpu, encoder: Encoder<'g>) -> Self {
         Self {
+            open: None,
+            encoder,
             gpu,
-            encoder: gpu.device().create_command_encoder(&Default::default()),
-            timer: gpu.0.queries.clone().map_or(Timer::None, Timer::Stamps),
+            number: gpu.start_frame(),
+            arena: Arena::new(gpu.device(), gpu.0.uniform_alignment, &gpu.0.chunks),
+            timer: Timer::None,
             labels: Vec::new(),
             prefix: String::new(),
+            before_pass: None,
             stats: FrameStats::default(),
             precision: Precision::Half,
             exposed: None,
@@ -63,6 +122,7 @@ impl<'g> Frame<'g> {
     /// As [`Gpu::timed_frame`] says.
     pub(super) fn timed_on_host(gpu: &'g Gpu) -> Self {
         let mut frame = Self::new(gpu);
+        frame.time_passes();
         if let Timer::None = frame.timer {
             frame.timer = Timer::Host(HostTimer::default());
         }
@@ -72,6 +132,28 @@ impl<'g> Frame<'g> {
     /// The GPU this frame runs on.
     pub fn gpu(&self) -> &'g Gpu {
         self.gpu
+    }
+
+    /// From now on takes the GPU's times of each pass, where the adapter has usable
+    /// timestamps. Passes then cannot share what the GPU does at their ends: only ask where
+    /// someone reads the times.
+    pub fn time_passes(&mut self) {
+        if let Timer::None = self.timer
+            && let Some(queries) = self.gpu.take_queries()
+        {
+            self.timer = Timer::Stamps(queries);
+        }
+    }
+
+    /// Whether the frame may submit what it has recorded and wait for it; one that records
+    /// for someone else ([`Recorder`]) may not.
+    pub fn may_wait(&self) -> bool {
+        matches!(self.encoder, Encoder::Own(_))
+    }
+
+    /// Has `hook` called with each pass's label before it is recorded.
+    pub fn before_each_pass(&mut self, hook: impl FnMut(&str) + 'g) {
+        self.before_pass = Some(Box::new(hook));
     }
 
     /// A pooled texture of this frame; its content is undefined until a pass writes it.
@@ -85,22 +167,21 @@ impl<'g> Frame<'g> {
     }
 
     /// Starts a compute pass with the entry point `entry`, labelled with its name.
-    pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &str) -> Pass<'f, 'g> {
+    pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &'static str) -> Pass<'f, 'g> {
         let kernel = self.gpu.0.kernels.compute(shader, entry, self.build());
-        let label = format!("{}{entry}", self.prefix);
-        Pass { frame: self, label, kernel, bound: Vec::new() }
+        Pass { frame: self, entry, label: None, kernel, bound: Vec::with_capacity(EXPECTED_BINDINGS) }
     }
 
     /// Starts a draw with vertex and fragment entry points; vertices come from storage
     /// buffers or from the vertex index. Labelled with the fragment entry's name.
-    pub fn draw<'f>(&'f mut self, shader: &'f Shader, vertex: &'f str, fragment: &'f str) -> Draw<'f, 'g> {
+    pub fn draw<'f>(&'f mut self, shader: &'f Shader, vertex: &'static str, fragment: &'static str) -> Draw<'f, 'g> {
         let topology = wgpu::PrimitiveTopology::TriangleList;
         Draw {
             frame: self,
             shader,
             entries: [vertex, fragment],
             topology,
-            bound: Vec::new(),
+            bound: Vec::with_capacity(EXPECTED_BINDINGS),
             uniform_checks: Vec::new(),
             targets: Vec::new(),
         }
@@ -111,19 +192,48 @@ impl<'g> Frame<'g> {
     }
 
     /// From now on counts every texture read of passes and draws (not of scene views) in
-    /// the u32 that is returned; a filtered read counts as one. Such passes take longer:
+    /// the u64 that is returned; a filtered read counts as one. Such passes take longer:
     /// their times mean nothing.
-    pub fn count_texture_reads(&mut self) -> wgpu::Buffer {
+    pub fn count_texture_reads(&mut self) -> Buffer {
         let gpu = self.gpu;
-        self.reads.get_or_insert_with(|| gpu.buffer("texture reads", 4)).clone()
+        self.reads.get_or_insert_with(|| gpu.buffer("texture reads", 8)).clone()
     }
 
-    /// `bound` and what counts the kernel's texture reads, if that is wanted.
-    fn with_reads(&self, kernel: &Kernel, mut bound: Vec<Bound>) -> Vec<Bound> {
-        if let Some(reads) = self.reads.as_ref().filter(|_| kernel.counts_reads()) {
-            bound.push((READS_BINDING, Resource::Buffer(reads.clone())));
+    /// What a kernel binds: `bound`, and what counts its texture reads, if that is wanted.
+    fn with_reads(&mut self, kernel: &Kernel, mut bound: Vec<Bound>) -> Vec<Bound> {
+        if let Some(reads) = self.reads.clone().filter(|_| kernel.counts_reads()) {
+            bound.push((READS_BINDING, self.used(&reads)));
         }
         bound
+    }
+
+    /// A buffer as a resource, cleared first where that is due.
+    fn used(&mut self, buffer: &Buffer) -> Resource {
+        self.clear_unclean(buffer);
+        Resource::Buffer(buffer.raw().clone())
+    }
+
+    pub(super) fn clear_unclean(&mut self, buffer: &Buffer) {
+        if buffer.take_unclean() {
+            self.encoder().clear_buffer(buffer.raw(), 0, None);
+        }
+    }
+
+    /// Data for the commands of this frame, to be bound as a uniform or read as vertices.
+    pub(crate) fn data(&mut self, bytes: &[u8]) -> Piece {
+        self.arena.push(bytes)
+    }
+
+    /// A uniform of this frame.
+    pub(crate) fn uniform<U: Uniform>(&mut self, value: &U) -> Resource {
+        let bytes = bytemuck::bytes_of(value);
+        // The uniform address space wants multiples of 16 bytes on some back ends.
+        Resource::Uniform(self.data(bytes), bytes.len().next_multiple_of(16) as u32)
+    }
+
+    /// The group of `layout` that binds these to 0, 1, 2 ... , kept while frames use it.
+    pub(crate) fn bind_group(&self, layout: &wgpu::BindGroupLayout, resources: &[Resource]) -> wgpu::BindGroup {
+        self.gpu.0.bind_groups.get(self.gpu.device(), layout, (0..).zip(resources), self.number)
     }
 
     /// Labels of the passes that follow start with `prefix`.
@@ -133,7 +243,12 @@ impl<'g> Frame<'g> {
 
     /// Notes that a piece of work was not needed.
     pub fn skip(&mut self, what: &str) {
-        *self.stats.skipped.entry(what.to_owned()).or_default() += 1;
+        match self.stats.skipped.get_mut(what) {
+            Some(count) => *count += 1,
+            None => {
+                self.stats.skipped.insert(what.to_owned(), 1);
+            }
+        }
     }
 
     /// From now on keeps what methods [`Frame::expose`].
@@ -152,38 +267,54 @@ impl<'g> Frame<'g> {
     }
 
     /// Offers an intermediate texture to whoever wants to look at it; free if no one does.
-    pub fn expose(&mut self, name: impl Into<String>, texture: &Texture) {
+    /// The name is only written out then: `format_args!` costs nothing.
+    pub fn expose(&mut self, name: impl Display, texture: &Texture) {
         if let Some(exposed) = &mut self.exposed {
-            exposed.push((name.into(), texture.clone()));
+            exposed.push((name.to_string(), texture.clone()));
         }
     }
 
     /// The raw encoder, with the timestamps for a pass called `label`: for what the
     /// builders do not cover.
     pub(crate) fn raw_pass(&mut self, label: &str) -> (&mut wgpu::CommandEncoder, Option<(wgpu::QuerySet, u32)>) {
-        let slot = self.timed(&format!("{}{label}", self.prefix));
-        (&mut self.encoder, slot)
+        let slot = self.timed(label, true);
+        (self.encoder(), slot)
     }
 
     /// The encoder, for copies.
     pub fn encoder(&mut self) -> &mut wgpu::CommandEncoder {
-        &mut self.encoder
+        self.open = None;
+        self.encoder.get()
     }
 
-    fn timed(&mut self, label: &str) -> Option<(wgpu::QuerySet, u32)> {
+    /// Whether anyone reads the labels of passes.
+    fn wants_labels(&self) -> bool {
+        self.before_pass.is_some() || !matches!(self.timer, Timer::None)
+    }
+
+    /// Counts a pass that is to be recorded. `label` is without the prefix unless
+    /// `is_short` is false.
+    fn timed(&mut self, label: &str, is_short: bool) -> Option<(wgpu::QuerySet, u32)> {
         self.stats.passes += 1;
+        if !self.wants_labels() {
+            return None;
+        }
+        let label = if is_short { format!("{}{label}", self.prefix) } else { label.to_owned() };
+        if let Some(hook) = &mut self.before_pass {
+            hook(&label);
+        }
         self.close_host_time();
         match &mut self.timer {
             Timer::None => None,
             Timer::Host(host) => {
-                host.open = Some(label.to_owned());
+                host.open = Some(label);
                 None
             }
             Timer::Stamps(queries) => {
                 let first = 2 * self.labels.len() as u32;
                 let queries = queries.clone();
                 (first + 1 < MAX_TIMESTAMPS).then(|| {
-                    self.labels.push(label.to_owned());
+                    self.labels.push(label);
                     (queries, first)
                 })
             }
@@ -194,67 +325,181 @@ impl<'g> Frame<'g> {
     fn close_host_time(&mut self) {
         let Timer::Host(host) = &mut self.timer else { return };
         let Some(label) = host.open.take() else { return };
+        let gpu = self.gpu;
         // A device that is lost answers with an error, and other calls report it.
         let wait = || {
-            let _ = self.gpu.device().poll(wgpu::PollType::wait_indefinitely());
+            let _ = gpu.device().poll(wgpu::PollType::wait_indefinitely());
         };
         wait();
-        let next = self.gpu.device().create_command_encoder(&Default::default());
-        let commands = std::mem::replace(&mut self.encoder, next).finish();
+        let commands = self.take_commands();
         let (start, processor) = (Instant::now(), ProcessTime::now());
-        self.gpu.queue().submit([commands]);
+        gpu.queue().submit(commands);
         wait();
-        let elapsed = if self.gpu.is_software() { processor.elapsed() } else { start.elapsed() };
-        host.times.push(PassTime { label, ms: elapsed.as_secs_f64() * 1e3 });
+        let elapsed = if gpu.is_software() { processor.elapsed() } else { start.elapsed() };
+        if let Timer::Host(host) = &mut self.timer {
+            host.times.push(PassTime { label, ms: elapsed.as_secs_f64() * 1e3 });
+        }
     }
 
-    /// Submits what was recorded so far and goes on with an empty encoder.
-    pub fn flush(&mut self) {
+    /// What was recorded so far, ready to be submitted; nothing of someone else's encoder.
+    fn take_commands(&mut self) -> Option<wgpu::CommandBuffer> {
+        self.open = None;
+        self.arena.write(self.gpu.queue());
+        let Encoder::Own(encoder) = &mut self.encoder else { return None };
         let next = self.gpu.device().create_command_encoder(&Default::default());
-        let encoder = std::mem::replace(&mut self.encoder, next);
-        self.gpu.queue().submit([encoder.finish()]);
+        Some(std::mem::replace(encoder, next).finish())
+    }
+
+    /// Submits what was recorded so far and goes on with an empty encoder. Does nothing
+    /// where someone else submits ([`Frame::may_wait`]).
+    pub fn flush(&mut self) {
+        self.close_host_time();
+        let commands = self.take_commands();
+        self.gpu.queue().submit(commands);
     }
 
     /// Submits the frame.
     pub fn finish(mut self) -> Submitted {
         self.close_host_time();
-        let device = self.gpu.device();
-        let count = 2 * self.labels.len() as u32;
-        let (queries, host) = match self.timer {
+        self.end()
+    }
+
+    /// Ends the frame: submits it, unless someone else does.
+    fn end(&mut self) -> Submitted {
+        self.open = None;
+        let gpu = self.gpu;
+        let labels = std::mem::take(&mut self.labels);
+        let (queries, host) = match std::mem::replace(&mut self.timer, Timer::None) {
             Timer::None => (None, None),
             Timer::Stamps(queries) => (Some(queries), None),
             Timer::Host(host) => (None, Some(host.times)),
         };
-        let buffer = queries.filter(|_| count > 0).map(|queries| {
-            use wgpu::BufferUsages as Usage;
-            let buffer = |usage| {
-                let size = u64::from(count) * 8;
-                device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-            };
-            let resolved = buffer(Usage::QUERY_RESOLVE | Usage::COPY_SRC);
-            let mapped = buffer(Usage::MAP_READ | Usage::COPY_DST);
-            self.encoder.resolve_query_set(&queries, 0..count, &resolved, 0);
-            self.encoder.copy_buffer_to_buffer(&resolved, 0, &mapped, 0, resolved.size());
-            mapped
-        });
-        self.stats.peak_texture_bytes = self.gpu.0.pool.peak_bytes();
-        self.gpu.queue().submit([self.encoder.finish()]);
-        let (ready, submitted) = (Arc::new(OnceLock::new()), Instant::now());
-        let arrived = ready.clone();
-        match &buffer {
-            Some(buffer) => buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-                // Nothing else sets it.
-                let _ = result.is_ok().then(|| arrived.set(submitted.elapsed()));
-            }),
-            None => self.gpu.queue().on_submitted_work_done(move || {
-                let _ = arrived.set(submitted.elapsed());
-            }),
-        }
+        let buffer = queries
+            .as_ref()
+            .filter(|_| !labels.is_empty())
+            .map(|queries| resolve(gpu.device(), self.encoder.get(), queries, 2 * labels.len() as u32));
+        self.stats.peak_texture_bytes = gpu.0.pool.peak_texture_bytes();
+        self.stats.peak_buffer_bytes = gpu.0.pool.peak_buffer_bytes() + self.arena.bytes();
+        let ready: Arc<OnceLock<Duration>> = Arc::default();
+        self.submit(buffer.as_ref(), &ready);
         Submitted {
-            stats: self.stats,
-            exposed: self.exposed.unwrap_or_default(),
-            timings: Timings { gpu: self.gpu.clone(), labels: self.labels, buffer, host, ready },
+            stats: std::mem::take(&mut self.stats),
+            exposed: self.exposed.take().unwrap_or_default(),
+            timings: Timings { gpu: gpu.clone(), labels, queries, buffer, host, ready },
         }
+    }
+
+    /// Submits the commands, or leaves that to whom they belong to, and has `ready` set
+    /// when they are done and `times` can be read.
+    fn submit(&mut self, times: Option<&wgpu::Buffer>, ready: &Arc<OnceLock<Duration>>) {
+        self.open = None;
+        let gpu = self.gpu;
+        self.arena.write(gpu.queue());
+        let empty = Arena::new(gpu.device(), gpu.0.uniform_alignment, &gpu.0.chunks);
+        let chunks = std::mem::replace(&mut self.arena, empty).into_chunks();
+        let (arrived, start) = (ready.clone(), Instant::now());
+        let done = move |is_good: bool| {
+            // Nothing else sets it.
+            let _ = is_good.then(|| arrived.set(start.elapsed()));
+        };
+        match std::mem::replace(&mut self.encoder, Encoder::Gone) {
+            Encoder::Gone => {}
+            Encoder::Own(encoder) => {
+                gpu.queue().submit([encoder.finish()]);
+                match times {
+                    Some(buffer) => buffer.map_async(wgpu::MapMode::Read, .., move |result| done(result.is_ok())),
+                    None => gpu.queue().on_submitted_work_done(move || done(true)),
+                }
+                gpu.0.chunks.give_back(chunks);
+            }
+            Encoder::Host(encoder) => {
+                let free = gpu.0.chunks.clone();
+                match times {
+                    Some(buffer) => {
+                        encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., move |result| {
+                            done(result.is_ok());
+                        });
+                        encoder.on_submitted_work_done(move || free.give_back(chunks));
+                    }
+                    None => encoder.on_submitted_work_done(move || {
+                        done(true);
+                        free.give_back(chunks);
+                    }),
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Frame<'_> {
+    /// A frame that is given up has no effect; but what was recorded for someone else runs
+    /// when they submit it, with the data that it was recorded with.
+    fn drop(&mut self) {
+        match self.encoder {
+            Encoder::Gone => {}
+            Encoder::Host(_) => self.submit(None, &Arc::default()),
+            Encoder::Own(_) => {
+                self.open = None;
+                let empty = Arena::new(self.gpu.device(), self.gpu.0.uniform_alignment, &self.gpu.0.chunks);
+                self.gpu.0.chunks.give_back(std::mem::replace(&mut self.arena, empty).into_chunks());
+            }
+        }
+    }
+}
+
+/// Has the timestamps put where the CPU can read them.
+fn resolve(
+    device: &wgpu::Device,
+    encoder: &mut wgpu::CommandEncoder,
+    queries: &wgpu::QuerySet,
+    count: u32,
+) -> wgpu::Buffer {
+    use wgpu::BufferUsages as Usage;
+    let buffer = |usage| {
+        let size = u64::from(count) * 8;
+        device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
+    };
+    let resolved = buffer(Usage::QUERY_RESOLVE | Usage::COPY_SRC);
+    let mapped = buffer(Usage::MAP_READ | Usage::COPY_DST);
+    encoder.resolve_query_set(queries, 0..count, &resolved, 0);
+    encoder.copy_buffer_to_buffer(&resolved, 0, &mapped, 0, resolved.size());
+    mapped
+}
+
+/// A frame in an encoder that belongs to someone else, an engine whose own scene may be in
+/// it: a [`Frame`] to all that records, but nothing is submitted or waited for.
+///
+/// What methods want to know of the view's depths arrives after the encoder was submitted;
+/// until then they assume the worst, unless the caller says how near and far the scene is:
+/// [`View::set_depth_range_m`](crate::view::View::set_depth_range_m). Encoders of one thread
+/// are to be submitted in the order in which they were recorded.
+///
+/// Dropped before it is finished, it leaves what was recorded in the encoder.
+pub struct Recorder<'g>(Frame<'g>);
+
+impl<'g> Recorder<'g> {
+    pub(super) fn new(gpu: &'g Gpu, encoder: &'g mut wgpu::CommandEncoder) -> Self {
+        Self(Frame::recording(gpu, Encoder::Host(encoder)))
+    }
+
+    /// Ends the recording. The times, if they are wanted, arrive when the encoder was
+    /// submitted and the GPU is done.
+    pub fn finish(mut self) -> Submitted {
+        self.0.end()
+    }
+}
+
+impl<'g> std::ops::Deref for Recorder<'g> {
+    type Target = Frame<'g>;
+
+    fn deref(&self) -> &Frame<'g> {
+        &self.0
+    }
+}
+
+impl std::ops::DerefMut for Recorder<'_> {
+    fn deref_mut(&mut self) -> &mut Self::Target {
+        &mut self.0
     }
 }
 
@@ -301,6 +546,8 @@ struct HostTimer {
 pub struct Timings {
     gpu: Gpu,
     labels: Vec<String>,
+    /// Held until nobody asks any more: no other frame may write to it.
+    queries: Option<wgpu::QuerySet>,
     buffer: Option<wgpu::Buffer>,
     /// Times of a frame whose passes the host has timed.
     host: Option<Vec<PassTime>>,
@@ -338,6 +585,17 @@ impl Timings {
     }
 }
 
+impl Drop for Timings {
+    fn drop(&mut self) {
+        if let Some(queries) = self.queries.take() {
+            self.gpu.give_back_queries(queries);
+        }
+    }
+}
+
+/// Bindings that a pass has room for from the start.
+const EXPECTED_BINDINGS: usize = 12;
+
 /// A resource under its name in the shader.
 type Bound = (&'static str, Resource);
 
@@ -345,7 +603,9 @@ type Bound = (&'static str, Resource);
 #[must_use = "a pass does nothing until it is dispatched"]
 pub struct Pass<'f, 'g> {
     frame: &'f mut Frame<'g>,
-    label: String,
+    entry: &'static str,
+    /// The label, with the prefix, where it is not the entry's name.
+    label: Option<String>,
     kernel: Arc<Kernel>,
     bound: Vec<Bound>,
 }
@@ -367,13 +627,14 @@ macro_rules! binders {
         /// Binds one mipmap level of one array layer as a plain texture, to be read or
         /// (storage) written.
         pub fn slice(mut self, name: &'static str, texture: &Texture, level: u32, layer: u32) -> Self {
-            self.bound.push((name, Resource::View(texture.slice_view(level, layer))));
+            self.bound.push((name, Resource::View(texture.slice_view(level, layer).clone())));
             self
         }
 
         /// Binds a storage buffer.
-        pub fn buffer(mut self, name: &'static str, buffer: &wgpu::Buffer) -> Self {
-            self.bound.push((name, Resource::Buffer(buffer.clone())));
+        pub fn buffer(mut self, name: &'static str, buffer: &Buffer) -> Self {
+            let resource = self.frame.used(buffer);
+            self.bound.push((name, resource));
             self
         }
 
@@ -385,28 +646,23 @@ macro_rules! binders {
     };
 }
 
-fn uniform_buffer<U: Uniform>(gpu: &Gpu, name: &str, value: &U) -> Resource {
-    // The uniform address space wants multiples of 16 bytes on some back ends.
-    let mut bytes = bytemuck::bytes_of(value).to_vec();
-    bytes.resize(bytes.len().next_multiple_of(16), 0);
-    let usage = wgpu::BufferUsages::UNIFORM;
-    let descriptor = wgpu::util::BufferInitDescriptor { label: Some(name), contents: &bytes, usage };
-    Resource::Buffer(gpu.device().create_buffer_init(&descriptor))
-}
-
 impl Pass<'_, '_> {
     binders!();
 
-    /// Replaces the pass's label.
-    pub fn label(mut self, label: impl Into<String>) -> Self {
-        self.label = format!("{}{}", self.frame.prefix, label.into());
+    /// Replaces the pass's label. It is only written out where someone reads it:
+    /// `format_args!` costs nothing.
+    pub fn label(mut self, label: impl Display) -> Self {
+        if self.frame.wants_labels() {
+            self.label = Some(format!("{}{label}", self.frame.prefix));
+        }
         self
     }
 
     /// Uploads and binds a uniform. Panics if its layout differs from the shader's.
     pub fn uniform<U: Uniform>(mut self, name: &'static str, value: &U) -> Self {
         self.kernel.check_uniform::<U>(name).unwrap_or_else(|e| panic!("{e}"));
-        self.bound.push((name, uniform_buffer(self.frame.gpu, name, value)));
+        let uniform = self.frame.uniform(value);
+        self.bound.push((name, uniform));
         self
     }
 
@@ -427,29 +683,49 @@ impl Pass<'_, '_> {
         self.run(|pass| pass.dispatch_workgroups(x, y, z));
     }
 
-    /// Runs the grid of workgroups whose three u32 lie at byte `offset` of `counts`.
-    pub fn dispatch_indirect(self, counts: &wgpu::Buffer, offset: u64) {
-        self.run(|pass| pass.dispatch_workgroups_indirect(counts, offset));
+    /// Runs the grid of workgroups whose three u32 lie at byte `offset` of `counts`, a buffer
+    /// of [`Gpu::indirect_buffer`]. They must not exceed the adapter's greatest grid: 65535
+    /// on each axis anywhere.
+    pub fn dispatch_indirect(self, counts: &Buffer, offset: u64) {
+        self.frame.clear_unclean(counts);
+        self.frame.stats.indirect_dispatches += 1;
+        self.run(|pass| pass.dispatch_workgroups_indirect(counts.raw(), offset));
     }
 
     fn run(self, dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let bound = self.frame.with_reads(&self.kernel, self.bound);
-        let groups = self.kernel.bind_groups(self.frame.gpu.device(), &bound);
-        let slot = self.frame.timed(&self.label);
-        let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(*first),
-            end_of_pass_write_index: Some(first + 1),
-        });
-        let descriptor = wgpu::ComputePassDescriptor { label: Some(&self.label), timestamp_writes };
-        let mut pass = self.frame.encoder.begin_compute_pass(&descriptor);
-        if let Pipeline::Compute(pipeline) = &self.kernel.pipeline {
+        let Self { frame, entry, label, kernel, bound } = self;
+        let bound = frame.with_reads(&kernel, bound);
+        let groups = kernel.bind_groups(&frame.gpu.0.bind_groups, frame.gpu.device(), &bound, frame.number);
+        frame.stats.dispatches += 1;
+        let slot = frame.timed(label.as_deref().unwrap_or(entry), label.is_none());
+        // A pass that is timed stands alone.
+        let is_timed = !matches!(frame.timer, Timer::None);
+        if is_timed {
+            frame.open = None;
+        }
+        let open = frame.open.take();
+        let is_set = open.as_ref().is_some_and(|open| Arc::ptr_eq(&open.kernel, &kernel));
+        let mut pass = match open {
+            Some(open) => open.pass,
+            None => {
+                let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
+                    query_set,
+                    beginning_of_pass_write_index: Some(*first),
+                    end_of_pass_write_index: Some(first + 1),
+                });
+                let label = is_timed.then_some(kernel.name.as_str());
+                let descriptor = wgpu::ComputePassDescriptor { label, timestamp_writes };
+                frame.encoder.get().begin_compute_pass(&descriptor).forget_lifetime()
+            }
+        };
+        if let (Pipeline::Compute(pipeline), false) = (&kernel.pipeline, is_set) {
             pass.set_pipeline(pipeline);
         }
-        for (index, group) in &groups {
-            pass.set_bind_group(*index, group, &[]);
+        for bindable in &groups {
+            pass.set_bind_group(bindable.index, &bindable.group, bindable.offsets());
         }
         dispatch(&mut pass);
+        frame.open = (!is_timed).then_some(OpenPass { pass, kernel });
     }
 }
 
@@ -504,7 +780,7 @@ type UniformCheck = fn(&Kernel, &str) -> Result<(), String>;
 pub struct Draw<'f, 'g> {
     frame: &'f mut Frame<'g>,
     shader: &'f Shader,
-    entries: [&'f str; 2],
+    entries: [&'static str; 2],
     topology: wgpu::PrimitiveTopology,
     bound: Vec<Bound>,
     uniform_checks: Vec<(&'static str, UniformCheck)>,
@@ -517,7 +793,8 @@ impl Draw<'_, '_> {
     /// Uploads and binds a uniform; its layout is checked when the draw runs.
     pub fn uniform<U: Uniform>(mut self, name: &'static str, value: &U) -> Self {
         self.uniform_checks.push((name, Kernel::check_uniform::<U>));
-        self.bound.push((name, uniform_buffer(self.frame.gpu, name, value)));
+        let uniform = self.frame.uniform(value);
+        self.bound.push((name, uniform));
         self
     }
 
@@ -538,26 +815,27 @@ impl Draw<'_, '_> {
         self
     }
 
-    /// Draws `instances` copies of `vertices` vertices.
+    /// Draws `instances` copies of `vertices` vertices. Panics with more than four targets.
     pub fn vertices(self, vertices: u32, instances: u32) {
-        let gpu = self.frame.gpu;
-        let targets: Vec<_> = self.targets.iter().map(|t| t.0).collect();
-        let kernel = gpu.0.kernels.render(self.shader, self.entries, self.frame.build(), self.topology, &targets);
-        for (name, check) in &self.uniform_checks {
+        let Self { frame, shader, entries, topology, bound, uniform_checks, targets } = self;
+        assert!(targets.len() <= MAX_TARGETS, "{}: a draw has at most {MAX_TARGETS} targets", entries[1]);
+        let gpu = frame.gpu;
+        let of_kernel: Targets = std::array::from_fn(|i| targets.get(i).map(|t| t.0));
+        let kernel = gpu.0.kernels.render(shader, entries, frame.build(), topology, of_kernel);
+        for (name, check) in &uniform_checks {
             check(&kernel, name).unwrap_or_else(|e| panic!("{e}"));
         }
-        let bound = self.frame.with_reads(&kernel, self.bound);
-        let groups = kernel.bind_groups(gpu.device(), &bound);
-        let label = format!("{}{}", self.frame.prefix, self.entries[1]);
-        let slot = self.frame.timed(&label);
+        let bound = frame.with_reads(&kernel, bound);
+        let groups = kernel.bind_groups(&gpu.0.bind_groups, gpu.device(), &bound, frame.number);
+        let slot = frame.timed(entries[1], true);
         let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
             query_set,
             beginning_of_pass_write_index: Some(*first),
             end_of_pass_write_index: Some(first + 1),
         });
-        let attachments: Vec<_> = self.targets.iter().map(|(_, view, load)| Some(attachment(view, *load))).collect();
-        let mut pass = self.frame.encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(&label),
+        let attachments: Vec<_> = targets.iter().map(|(_, view, load)| Some(attachment(view, *load))).collect();
+        let mut pass = frame.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some(&kernel.name),
             color_attachments: &attachments,
             timestamp_writes,
             ..Default::default()
@@ -565,8 +843,8 @@ impl Draw<'_, '_> {
         if let Pipeline::Render(pipeline) = &kernel.pipeline {
             pass.set_pipeline(pipeline);
         }
-        for (index, group) in &groups {
-            pass.set_bind_group(*index, group, &[]);
+        for bindable in &groups {
+            pass.set_bind_group(bindable.index, &bindable.group, bindable.offsets());
         }
         pass.draw(0..vertices, 0..instances);
     }

@@ -1,10 +1,12 @@
 //! Pipelines by shader and entry point, and bind groups by name.
 
+use super::bind_groups::{BindGroups, Resource};
 use super::frame::Target;
 use super::reads::READS_BINDING;
 use super::wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform};
+use std::any::TypeId;
 use std::collections::{BTreeMap, HashMap};
-use std::sync::{Arc, Mutex};
+use std::sync::{Arc, Mutex, OnceLock};
 
 /// How a texture is filtered when a shader samples it by coordinates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -15,17 +17,43 @@ pub enum SamplerKind {
     Linear,
 }
 
-/// Something bound to a name.
-#[derive(Clone)]
-pub(super) enum Resource {
-    View(wgpu::TextureView),
-    Buffer(wgpu::Buffer),
-    Sampler(wgpu::Sampler),
-}
-
 pub(super) enum Pipeline {
     Compute(wgpu::ComputePipeline),
     Render(wgpu::RenderPipeline),
+}
+
+/// A name that a kernel binds something to.
+struct Slot {
+    name: String,
+    binding: Binding,
+    /// The program's struct that was found to have the shader's layout.
+    checked: OnceLock<TypeId>,
+}
+
+/// One `@group` of a kernel.
+struct Group {
+    index: u32,
+    layout: wgpu::BindGroupLayout,
+    /// By `@binding`.
+    slots: Vec<Slot>,
+}
+
+/// Most uniforms of a group: what WebGPU guarantees for a whole pipeline.
+const MAX_UNIFORMS: usize = 8;
+
+/// A bind group, ready to be set.
+pub(super) struct Bindable {
+    pub(super) index: u32,
+    pub(super) group: wgpu::BindGroup,
+    offsets: [u32; MAX_UNIFORMS],
+    offset_count: usize,
+}
+
+impl Bindable {
+    /// Offsets of its uniforms.
+    pub(super) fn offsets(&self) -> &[u32] {
+        &self.offsets[..self.offset_count]
+    }
 }
 
 /// A compiled pipeline with what it binds.
@@ -33,60 +61,138 @@ pub(super) struct Kernel {
     pub(super) name: String,
     pub(super) pipeline: Pipeline,
     pub(super) workgroup_size: [u32; 3],
-    bindings: BTreeMap<String, Binding>,
+    groups: Vec<Group>,
+    counts_reads: bool,
 }
 
 impl Kernel {
+    fn slots(&self) -> impl Iterator<Item = &Slot> {
+        self.groups.iter().flat_map(|group| &group.slots)
+    }
+
     /// Errors in words unless `name` is a uniform with the layout of `U`.
     pub(super) fn check_uniform<U: Uniform>(&self, name: &str) -> Result<(), String> {
-        let binding = self.bindings.get(name).ok_or_else(|| self.no_such_name(name))?;
-        let layout = binding.uniform.as_ref().ok_or_else(|| format!("{}: {name} is not a uniform", self.name))?;
-        U::check(layout).map_err(|e| format!("{}: uniform {name}: {e}", self.name))
+        let slot = self.slots().find(|slot| slot.name == name).ok_or_else(|| self.no_such_name(name))?;
+        if slot.checked.get() == Some(&TypeId::of::<U>()) {
+            return Ok(());
+        }
+        let layout = slot.binding.uniform.as_ref();
+        let layout = layout.ok_or_else(|| format!("{}: {name} is not a uniform", self.name))?;
+        U::check(layout).map_err(|e| format!("{}: uniform {name}: {e}", self.name))?;
+        // Another type that fits as well is checked each time.
+        let _ = slot.checked.set(TypeId::of::<U>());
+        Ok(())
     }
 
     /// Whether it reads textures and counts that.
     pub(super) fn counts_reads(&self) -> bool {
-        self.bindings.contains_key(READS_BINDING)
+        self.counts_reads
     }
 
     fn no_such_name(&self, name: &str) -> String {
-        let names: Vec<_> = self.bindings.keys().map(String::as_str).collect();
+        let names: Vec<_> = self.slots().map(|slot| slot.name.as_str()).collect();
         format!("{} binds no {name}; it binds {}", self.name, names.join(", "))
     }
 
-    /// Bind groups in order. Panics, naming kernel and resource, if a name is missing or
-    /// unknown: that is a mistake in the program, which every run of the pass would show.
+    /// Bind groups in order, made where these resources were not bound together lately.
+    /// Panics, naming kernel and resource, if a name is missing or unknown: that is a
+    /// mistake in the program, which every run of the pass would show.
     pub(super) fn bind_groups(
         &self,
+        made: &BindGroups,
         device: &wgpu::Device,
         bound: &[(&'static str, Resource)],
-    ) -> Vec<(u32, wgpu::BindGroup)> {
+        frame: u64,
+    ) -> Vec<Bindable> {
         for (name, _) in bound {
-            assert!(self.bindings.contains_key(*name), "{}", self.no_such_name(name));
+            assert!(self.slots().any(|slot| slot.name == *name), "{}", self.no_such_name(name));
         }
-        let mut groups: BTreeMap<u32, Vec<wgpu::BindGroupEntry<'_>>> = BTreeMap::new();
-        for (name, binding) in &self.bindings {
-            let resource = bound.iter().find(|(n, _)| n == name).map(|(_, r)| r);
-            let resource = resource.unwrap_or_else(|| panic!("{}: nothing is bound to {name}", self.name));
-            let resource = match resource {
-                Resource::View(view) => wgpu::BindingResource::TextureView(view),
-                Resource::Buffer(buffer) => buffer.as_entire_binding(),
-                Resource::Sampler(sampler) => wgpu::BindingResource::Sampler(sampler),
-            };
-            let entry = wgpu::BindGroupEntry { binding: binding.binding, resource };
-            groups.entry(binding.group).or_default().push(entry);
-        }
-        let label = Some(self.name.as_str());
-        let bind = |(group, entries): (u32, Vec<wgpu::BindGroupEntry<'_>>)| {
-            let layout = match &self.pipeline {
-                Pipeline::Compute(pipeline) => pipeline.get_bind_group_layout(group),
-                Pipeline::Render(pipeline) => pipeline.get_bind_group_layout(group),
-            };
-            let descriptor = wgpu::BindGroupDescriptor { label, layout: &layout, entries: &entries };
-            (group, device.create_bind_group(&descriptor))
+        let resource_of = |slot: &Slot| {
+            let found = bound.iter().find(|(name, _)| *name == slot.name);
+            &found.unwrap_or_else(|| panic!("{}: nothing is bound to {}", self.name, slot.name)).1
         };
-        groups.into_iter().map(bind).collect()
+        let bind = |group: &Group| {
+            let (mut offsets, mut offset_count) = ([0; MAX_UNIFORMS], 0);
+            for slot in &group.slots {
+                if let Resource::Uniform(piece, _) = resource_of(slot) {
+                    offsets[offset_count] = piece.offset;
+                    offset_count += 1;
+                }
+            }
+            let bindings = group.slots.iter().map(|slot| (slot.binding.binding, resource_of(slot)));
+            Bindable {
+                index: group.index,
+                group: made.get(device, &group.layout, bindings, frame),
+                offsets,
+                offset_count,
+            }
+        };
+        self.groups.iter().map(bind).collect()
     }
+}
+
+/// The groups of an entry point, or of a vertex and a fragment entry together, and the
+/// pipeline layout that they make.
+fn groups(
+    device: &wgpu::Device,
+    name: &str,
+    stages: &[(wgpu::ShaderStages, BTreeMap<String, Binding>)],
+) -> (Vec<Group>, wgpu::PipelineLayout) {
+    let mut all: BTreeMap<(u32, u32), (Slot, wgpu::ShaderStages)> = BTreeMap::new();
+    for (stage, bindings) in stages {
+        for (name, binding) in bindings {
+            let slot = Slot { name: name.clone(), binding: binding.clone(), checked: OnceLock::new() };
+            let entry = all.entry((binding.group, binding.binding)).or_insert((slot, wgpu::ShaderStages::empty()));
+            entry.1 |= *stage;
+            // A texture that one stage filters is bound as one that can be.
+            if let wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: true }, ..
+            } = binding.ty
+            {
+                entry.0.binding.ty = binding.ty;
+            }
+        }
+    }
+    let count = all.keys().last().map_or(0, |(group, _)| group + 1);
+    let mut groups = Vec::new();
+    for index in 0..count {
+        let of_group: Vec<_> = all.extract_if((index, 0)..(index + 1, 0), |_, _| true).collect();
+        if of_group.is_empty() {
+            continue;
+        }
+        let entry = |(_, (slot, visibility)): &(_, (Slot, wgpu::ShaderStages))| wgpu::BindGroupLayoutEntry {
+            binding: slot.binding.binding,
+            visibility: *visibility,
+            ty: slot.binding.ty,
+            count: None,
+        };
+        let entries: Vec<_> = of_group.iter().map(entry).collect();
+        let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(name), entries: &entries };
+        let layout = device.create_bind_group_layout(&descriptor);
+        let slots = of_group.into_iter().map(|(_, (slot, _))| slot).collect();
+        groups.push(Group { index, layout, slots });
+    }
+    let layout_of = |index| groups.iter().find(|group: &&Group| group.index == index).map(|group| &group.layout);
+    let layouts: Vec<_> = (0..count).map(layout_of).collect();
+    let descriptor =
+        wgpu::PipelineLayoutDescriptor { label: Some(name), bind_group_layouts: &layouts, immediate_size: 0 };
+    let layout = device.create_pipeline_layout(&descriptor);
+    (groups, layout)
+}
+
+/// A shader of the program itself, without the counters that end every loop after a while.
+///
+/// Those cost a fifth to a half of the time of passes with short loops. All other checks
+/// stay: reads and writes beyond textures, buffers and arrays are still defined.
+#[allow(unsafe_code)]
+pub(crate) fn embedded_module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModule {
+    let source = wgpu::ShaderSource::Wgsl(source.into());
+    let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source };
+    let mut checks = wgpu::ShaderRuntimeChecks::checked();
+    checks.force_loop_bounding = false;
+    // SAFETY: without loop bounding no loop may be endless. `tests/loops.rs` proves of every
+    // loop of every embedded shader that it ends; sources that a user loads are not made here.
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
 /// How a shader is compiled.
@@ -97,12 +203,19 @@ pub(super) struct Build {
     pub(super) counts_reads: bool,
 }
 
-#[derive(Clone, PartialEq, Eq, Hash)]
+/// Most targets of a draw.
+pub(super) const MAX_TARGETS: usize = 4;
+
+/// Targets of a draw, the first ones filled.
+pub(super) type Targets = [Option<Target>; MAX_TARGETS];
+
+#[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct KernelKey {
     shader: &'static str,
-    entries: Vec<String>,
+    /// A compute entry alone, or vertex and fragment.
+    entries: [&'static str; 2],
     build: Build,
-    targets: Vec<Target>,
+    targets: Targets,
     topology: wgpu::PrimitiveTopology,
 }
 
@@ -162,9 +275,14 @@ impl Kernels {
             // Embedded shaders are validated by the tests, replaced ones when they come in.
             let parse = if build.counts_reads { Module::parse_counting } else { Module::parse };
             let module = parse(shader.name, source, build.precision).unwrap_or_else(|e| panic!("{e}"));
-            let source = wgpu::ShaderSource::Wgsl(module.source.as_str().into());
-            let descriptor = wgpu::ShaderModuleDescriptor { label: Some(shader.name), source };
-            Arc::new(Compiled { shader: self.device.create_shader_module(descriptor), module })
+            let shader = match replaced.contains_key(shader.name) {
+                false => embedded_module(&self.device, shader.name, &module.source),
+                true => self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+                    label: Some(shader.name),
+                    source: wgpu::ShaderSource::Wgsl(module.source.as_str().into()),
+                }),
+            };
+            Arc::new(Compiled { shader, module })
         };
         modules.entry((shader.name, build)).or_insert_with(compile).clone()
     }
@@ -179,51 +297,55 @@ impl Kernels {
         kernel
     }
 
-    pub(super) fn compute(&self, shader: &Shader, entry: &str, build: Build) -> Arc<Kernel> {
+    pub(super) fn compute(&self, shader: &Shader, entry: &'static str, build: Build) -> Arc<Kernel> {
         let key = KernelKey {
             shader: shader.name,
-            entries: vec![entry.into()],
+            entries: [entry, ""],
             build,
-            targets: Vec::new(),
+            targets: [None; MAX_TARGETS],
             topology: wgpu::PrimitiveTopology::TriangleList,
         };
         self.kernel(key, |_| {
             let compiled = self.module(shader, build);
             let name = format!("{}/{entry}", shader.name);
             let bindings = bindings(&compiled.module, entry);
+            let counts_reads = bindings.contains_key(READS_BINDING);
+            let (groups, layout) = groups(&self.device, &name, &[(wgpu::ShaderStages::COMPUTE, bindings)]);
             let mut sizes = compiled.module.entry_points().filter(|e| e.0 == entry).map(|e| e.1);
             let workgroup_size = sizes.next().unwrap_or([1; 3]);
             let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(&name),
-                layout: None,
+                layout: Some(&layout),
                 module: &compiled.shader,
                 entry_point: Some(entry),
                 compilation_options: Default::default(),
                 cache: None,
             });
-            Kernel { name, pipeline: Pipeline::Compute(pipeline), workgroup_size, bindings }
+            Kernel { name, pipeline: Pipeline::Compute(pipeline), workgroup_size, groups, counts_reads }
         })
     }
 
     pub(super) fn render(
         &self,
         shader: &Shader,
-        [vertex, fragment]: [&str; 2],
+        entries: [&'static str; 2],
         build: Build,
         topology: wgpu::PrimitiveTopology,
-        targets: &[Target],
+        targets: Targets,
     ) -> Arc<Kernel> {
-        let entries = vec![vertex.to_owned(), fragment.to_owned()];
-        let key = KernelKey { shader: shader.name, entries, build, targets: targets.to_vec(), topology };
+        let key = KernelKey { shader: shader.name, entries, build, targets, topology };
+        let [vertex, fragment] = entries;
         self.kernel(key, |_| {
             let compiled = self.module(shader, build);
             let name = format!("{}/{fragment}", shader.name);
-            let mut all = bindings(&compiled.module, vertex);
-            all.extend(bindings(&compiled.module, fragment));
-            let states: Vec<_> = targets.iter().map(|t| Some(t.state())).collect();
+            let stages = [(wgpu::ShaderStages::VERTEX, vertex), (wgpu::ShaderStages::FRAGMENT, fragment)];
+            let stages = stages.map(|(stage, entry)| (stage, bindings(&compiled.module, entry)));
+            let counts_reads = stages.iter().any(|(_, bindings)| bindings.contains_key(READS_BINDING));
+            let (groups, layout) = groups(&self.device, &name, &stages);
+            let states: Vec<_> = targets.iter().flatten().map(|t| Some(t.state())).collect();
             let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
                 label: Some(&name),
-                layout: None,
+                layout: Some(&layout),
                 vertex: wgpu::VertexState {
                     module: &compiled.shader,
                     entry_point: Some(vertex),
@@ -242,7 +364,7 @@ impl Kernels {
                 multiview_mask: None,
                 cache: None,
             });
-            Kernel { name, pipeline: Pipeline::Render(pipeline), workgroup_size: [1; 3], bindings: all }
+            Kernel { name, pipeline: Pipeline::Render(pipeline), workgroup_size: [1; 3], groups, counts_reads }
         })
     }
 }

@@ -9,27 +9,51 @@
 //!     .dispatch(coarser.size());
 //! ```
 
+mod arena;
+mod bind_groups;
 mod device;
 mod frame;
 mod kernel;
+mod memo;
 mod pool;
 mod radix_sort;
 mod readback;
 mod reads;
 mod wgsl;
 
+pub(crate) use bind_groups::Resource;
 pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
-pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Submitted, Target, Timings};
+pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Recorder, Submitted, Target, Timings};
 pub use kernel::SamplerKind;
-pub use pool::{Texture, TextureKey};
+pub(crate) use kernel::embedded_module;
+pub use memo::Memo;
+pub use pool::{Buffer, Texture, TextureKey};
 pub use radix_sort::sort_pairs;
 pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
 use device::SOFTWARE;
 use glam::UVec2;
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// Usages of storage buffers: passes may also copy and clear them.
+const STORAGE: wgpu::BufferUsages =
+    wgpu::BufferUsages::STORAGE.union(wgpu::BufferUsages::COPY_SRC).union(wgpu::BufferUsages::COPY_DST);
+
+/// Has an instance made without wgpu's check of indirect dispatches, which puts a dispatch
+/// of one invocation and two barriers before each. Shaders of this program cut their grids
+/// themselves (`plan_dispatches` in `shaders/methods/tile_lists.wgsl`).
+pub fn without_indirect_checks(descriptor: &mut wgpu::InstanceDescriptor) {
+    descriptor.flags.remove(wgpu::InstanceFlags::VALIDATION_INDIRECT_CALL);
+}
+
+/// An instance as the environment says (`WGPU_BACKEND` and the like).
+fn instance() -> wgpu::Instance {
+    let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle_from_env();
+    without_indirect_checks(&mut descriptor);
+    wgpu::Instance::new(descriptor)
+}
 
 /// A device with its kernels and its texture pool; cheap to clone.
 #[derive(Clone)]
@@ -41,9 +65,19 @@ struct Inner {
     adapter: AdapterSummary,
     pool: Arc<pool::Pool>,
     kernels: kernel::Kernels,
-    /// One for all frames: they are submitted in order, each resolves before the next writes.
-    queries: Option<wgpu::QuerySet>,
+    bind_groups: bind_groups::BindGroups,
+    chunks: arena::Chunks,
+    /// Multiple of bytes at which uniforms may begin.
+    uniform_alignment: u32,
+    memo: Memo,
+    /// Whether timestamps say anything.
+    has_stamps: bool,
+    /// Query sets that no frame in flight uses.
+    queries: Mutex<Vec<wgpu::QuerySet>>,
 }
+
+/// Frames after which bind groups that were not used are forgotten.
+const KEPT_BIND_GROUPS: u64 = 2 * pool::KEPT_FRAMES;
 
 impl std::fmt::Debug for Gpu {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
@@ -54,7 +88,7 @@ impl std::fmt::Debug for Gpu {
 impl Gpu {
     /// Opens the best adapter, or the best of those whose name contains `adapter`.
     pub fn open(adapter: Option<&str>) -> Result<Self, GpuError> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let instance = instance();
         let adapter = device::choose(&instance, adapter)?;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("defocus"),
@@ -76,20 +110,51 @@ impl Gpu {
         let adapter = AdapterSummary::of(adapter);
         // See `timed_frame` on those of software.
         let has_stamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && adapter.kind != SOFTWARE;
-        let queries = has_stamps.then(|| {
-            let ty = wgpu::QueryType::Timestamp;
-            device.create_query_set(&wgpu::QuerySetDescriptor {
+        let uniform_alignment = device.limits().min_uniform_buffer_offset_alignment;
+        Self(Arc::new(Inner {
+            device,
+            queue,
+            adapter,
+            pool: Arc::default(),
+            kernels,
+            bind_groups: Default::default(),
+            chunks: Default::default(),
+            uniform_alignment,
+            memo: Memo::default(),
+            has_stamps,
+            queries: Mutex::default(),
+        }))
+    }
+
+    /// Counts a frame and frees what was long unused. Returns the frame's number.
+    fn start_frame(&self) -> u64 {
+        let number = self.0.pool.start_frame();
+        if number.is_multiple_of(pool::KEPT_FRAMES) {
+            self.0.bind_groups.forget(number.saturating_sub(KEPT_BIND_GROUPS));
+        }
+        number
+    }
+
+    /// A query set of its own for a frame; `None` where timestamps say nothing.
+    fn take_queries(&self) -> Option<wgpu::QuerySet> {
+        let make = || {
+            self.0.device.create_query_set(&wgpu::QuerySetDescriptor {
                 label: Some("passes"),
-                ty,
+                ty: wgpu::QueryType::Timestamp,
                 count: frame::MAX_TIMESTAMPS,
             })
-        });
-        Self(Arc::new(Inner { device, queue, adapter, pool: Arc::default(), kernels, queries }))
+        };
+        let free = || self.0.queries.lock().unwrap_or_else(PoisonError::into_inner).pop();
+        self.0.has_stamps.then(|| free().unwrap_or_else(make))
+    }
+
+    fn give_back_queries(&self, queries: wgpu::QuerySet) {
+        self.0.queries.lock().unwrap_or_else(PoisonError::into_inner).push(queries);
     }
 
     /// All adapters of this machine, the best first.
     pub fn adapters() -> Vec<AdapterSummary> {
-        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env());
+        let instance = instance();
         device::adapters(&instance).iter().map(|a| AdapterSummary::of(&a.get_info())).collect()
     }
 
@@ -125,27 +190,52 @@ impl Gpu {
 
     /// A pooled texture with mipmap levels or array layers, content undefined.
     pub fn texture_of(&self, label: &str, key: TextureKey) -> Texture {
-        self.0.pool.take(&self.0.device, label, key)
+        self.0.pool.texture(&self.0.device, label, key)
     }
 
-    /// A storage buffer of `bytes` zeroed bytes (at least 4) that can also be copied,
-    /// filled and used for indirect dispatch.
-    pub fn buffer(&self, label: &str, bytes: u64) -> wgpu::Buffer {
-        use wgpu::BufferUsages as Usage;
-        self.0.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(label),
-            size: bytes.max(4).next_multiple_of(4),
-            usage: Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST | Usage::INDIRECT,
-            mapped_at_creation: false,
-        })
+    /// A pooled storage buffer of `bytes` zeros (at least 4 bytes). The first frame that
+    /// uses it clears it: where every byte is written first, [`Gpu::scratch`] costs less.
+    pub fn buffer(&self, label: &str, bytes: u64) -> Buffer {
+        self.0.pool.buffer(&self.0.device, label, bytes, STORAGE, true)
     }
 
-    /// A storage buffer that holds `data`.
-    pub fn buffer_of<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> wgpu::Buffer {
-        let bytes: &[u8] = bytemuck::cast_slice(data);
-        let buffer = self.buffer(label, bytes.len() as u64);
-        self.0.queue.write_buffer(&buffer, 0, bytes);
+    /// A pooled storage buffer of `bytes` bytes (at least 4) with undefined content.
+    pub fn scratch(&self, label: &str, bytes: u64) -> Buffer {
+        self.0.pool.buffer(&self.0.device, label, bytes, STORAGE, false)
+    }
+
+    /// As [`Gpu::buffer`], for grids of [`Pass::dispatch_indirect`].
+    pub fn indirect_buffer(&self, label: &str, bytes: u64) -> Buffer {
+        self.0.pool.buffer(&self.0.device, label, bytes, STORAGE | wgpu::BufferUsages::INDIRECT, true)
+    }
+
+    /// A storage buffer that holds `data`. A new one each time, not a pooled one: it is
+    /// written before the commands of frames that are not submitted yet. Tables that stay the
+    /// same belong in [`Gpu::memo`].
+    pub fn buffer_of<T: bytemuck::NoUninit>(&self, label: &str, data: &[T]) -> Buffer {
+        Buffer::external(self.lasting_buffer(label, bytemuck::cast_slice(data), STORAGE))
+    }
+
+    /// A buffer of at least 4 bytes that begins with `contents`. On a lost device it is
+    /// invalid like all that is made there, where wgpu's `create_buffer_init` panics.
+    pub(crate) fn lasting_buffer(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        let size = (contents.len() as u64).max(4).next_multiple_of(4);
+        let usage = usage | wgpu::BufferUsages::COPY_DST;
+        let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
+        let buffer = self.0.device.create_buffer(&descriptor);
+        if contents.len().is_multiple_of(4) {
+            self.0.queue.write_buffer(&buffer, 0, contents);
+        } else {
+            let mut padded = contents.to_vec();
+            padded.resize(size as usize, 0);
+            self.0.queue.write_buffer(&buffer, 0, &padded);
+        }
         buffer
+    }
+
+    /// What was made from parameters and is used again: tables of apertures, lens points.
+    pub fn memo(&self) -> &Memo {
+        &self.0.memo
     }
 
     /// Largest texture side, px.
@@ -153,14 +243,20 @@ impl Gpu {
         self.0.device.limits().max_texture_dimension_2d
     }
 
-    /// Bytes of all pooled textures, in use or free.
+    /// Bytes of all pooled textures and buffers, in use or free.
     pub fn pooled_bytes(&self) -> u64 {
         self.0.pool.held_bytes()
     }
 
-    /// Starts a frame of work.
+    /// Starts a frame of work. Its passes are not timed unless [`Frame::time_passes`] asks
+    /// for it.
     pub fn frame(&self) -> Frame<'_> {
         Frame::new(self)
+    }
+
+    /// Starts to record into someone else's encoder.
+    pub fn recorder<'a>(&'a self, encoder: &'a mut wgpu::CommandEncoder) -> Recorder<'a> {
+        Recorder::new(self, encoder)
     }
 
     /// Starts a frame whose passes are timed one by one on every adapter.

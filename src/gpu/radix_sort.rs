@@ -1,6 +1,6 @@
 //! Sorting on the GPU.
 
-use super::{Frame, Shader};
+use super::{Buffer, Frame, Shader};
 use crate::{shader, uniform};
 
 const SHADER: Shader = shader!("radix_sort");
@@ -24,15 +24,15 @@ uniform! {
 ///
 /// Non-negative floats may be keys by their bits, which order as the numbers do. Both
 /// buffers need at least `len` elements and the usages of [`super::Gpu::buffer`].
-pub fn sort_pairs(frame: &mut Frame<'_>, keys: &wgpu::Buffer, values: &wgpu::Buffer, len: u32) {
+pub fn sort_pairs(frame: &mut Frame<'_>, keys: &Buffer, values: &Buffer, len: u32) {
     if len < 2 {
         return;
     }
     let tiles = len.div_ceil(PAIRS_PER_TILE);
     let gpu = frame.gpu();
     let bytes = u64::from(len) * 4;
-    let (other_keys, other_values) = (gpu.buffer("sorted keys", bytes), gpu.buffer("sorted values", bytes));
-    let counts = gpu.buffer("digit counts", u64::from(tiles << DIGIT_BITS) * 4);
+    let (other_keys, other_values) = (gpu.scratch("sorted keys", bytes), gpu.scratch("sorted values", bytes));
+    let counts = gpu.scratch("digit counts", u64::from(tiles << DIGIT_BITS) * 4);
     let (mut from, mut to) = ((keys, values), (&other_keys, &other_values));
     // An even number of digits: the last move ends where the first one began.
     for shift in (0..u32::BITS).step_by(DIGIT_BITS as usize) {

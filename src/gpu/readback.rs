@@ -1,6 +1,6 @@
 //! Textures from and to the CPU.
 
-use super::{Frame, Gpu, Texture};
+use super::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, Image};
 use glam::{UVec2, Vec3};
 use half::f16;
@@ -36,13 +36,18 @@ fn mapped(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
 }
 
 impl Frame<'_> {
-    /// Submits what was recorded, waits for it and returns the buffer's content.
-    pub fn read_buffer<T: bytemuck::Pod>(&mut self, buffer: &wgpu::Buffer) -> Vec<T> {
+    /// Submits what was recorded, waits for it and returns the buffer's content; nothing if
+    /// the device is lost, or where someone else submits ([`Frame::may_wait`]).
+    pub fn read_buffer<T: bytemuck::Pod>(&mut self, buffer: &Buffer) -> Vec<T> {
+        if !self.may_wait() {
+            return Vec::new();
+        }
+        self.clear_unclean(buffer);
         let usage = wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ;
         let descriptor =
             wgpu::BufferDescriptor { label: Some("read-back"), size: buffer.size(), usage, mapped_at_creation: false };
         let copy = self.gpu().device().create_buffer(&descriptor);
-        self.encoder().copy_buffer_to_buffer(buffer, 0, &copy, 0, buffer.size());
+        self.encoder().copy_buffer_to_buffer(buffer.raw(), 0, &copy, 0, buffer.size());
         self.flush();
         bytemuck::pod_collect_to_vec(&mapped(self.gpu(), &copy))
     }
@@ -79,6 +84,22 @@ pub fn download_rgba8(gpu: &Gpu, texture: &Texture) -> Image<[u8; 4]> {
     Image { size: texture.size(), pixels: bytemuck::pod_collect_to_vec(&rows(gpu, texture, 4)) }
 }
 
+/// A texture of its own, not a pooled one: it is written before the commands of frames that
+/// are not submitted yet, whatever they do with a pooled one.
+fn new_texture(gpu: &Gpu, label: &str, size: UVec2, format: wgpu::TextureFormat) -> Texture {
+    use wgpu::TextureUsages as Usage;
+    Texture::external(gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: Usage::TEXTURE_BINDING | Usage::COPY_DST | Usage::COPY_SRC,
+        view_formats: &[],
+    }))
+}
+
 fn write(gpu: &Gpu, texture: &Texture, bytes: &[u8], texel_bytes: u32) {
     let UVec2 { x: width, y: height } = texture.size();
     let layout =
@@ -89,7 +110,7 @@ fn write(gpu: &Gpu, texture: &Texture, bytes: &[u8], texel_bytes: u32) {
 
 /// An RGBA16F texture with the image's colours (clamped to f16's range) and alpha 1.
 pub fn upload(gpu: &Gpu, label: &str, image: &ColorImage) -> Texture {
-    let texture = gpu.texture(label, image.size, wgpu::TextureFormat::Rgba16Float);
+    let texture = new_texture(gpu, label, image.size, wgpu::TextureFormat::Rgba16Float);
     let max = f16::MAX.to_f32();
     let half = |v: f32| f16::from_f32(v.clamp(-max, max));
     let texels: Vec<[f16; 4]> = image.pixels.iter().map(|p| [half(p.x), half(p.y), half(p.z), f16::ONE]).collect();
@@ -99,7 +120,7 @@ pub fn upload(gpu: &Gpu, label: &str, image: &ColorImage) -> Texture {
 
 /// An R32Float texture with the image's values.
 pub fn upload_scalar(gpu: &Gpu, label: &str, image: &Image<f32>) -> Texture {
-    let texture = gpu.texture(label, image.size, wgpu::TextureFormat::R32Float);
+    let texture = new_texture(gpu, label, image.size, wgpu::TextureFormat::R32Float);
     write(gpu, &texture, bytemuck::cast_slice(&image.pixels), 4);
     texture
 }

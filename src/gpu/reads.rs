@@ -7,13 +7,15 @@ pub(super) const READS_BINDING: &str = "texture_reads";
 
 // Shared shader functions bind in groups of their own, from 0 on.
 const COUNTER: &str = "
-@group(1) @binding(99) var<storage, read_write> texture_reads: atomic<u32>;
+@group(1) @binding(99) var<storage, read_write> texture_reads: array<atomic<u32>, 2>;
 fn counted_read() -> f32 {
-    atomicAdd(&texture_reads, 1u);
-    return 1.0;
+    return f32(counted_read_u32());
 }
 fn counted_read_u32() -> u32 {
-    atomicAdd(&texture_reads, 1u);
+    // Whoever takes the low word over its end carries: the high word counts exactly.
+    if atomicAdd(&texture_reads[0], 1u) == 0xffffffffu {
+        atomicAdd(&texture_reads[1], 1u);
+    }
     return 1u;
 }
 ";

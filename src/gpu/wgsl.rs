@@ -117,6 +117,8 @@ pub struct Binding {
     pub group: u32,
     /// `@binding`.
     pub binding: u32,
+    /// What may be bound; of a uniform with an offset that is given when it is bound.
+    pub ty: wgpu::BindingType,
     /// For uniforms: the fields of the struct.
     pub uniform: Option<UniformLayout>,
 }
@@ -188,12 +190,70 @@ impl Module {
         let index = self.module.entry_points.iter().position(|e| e.name == entry)?;
         let used = self.info.get_entry_point(index);
         let globals = self.module.global_variables.iter().filter(|(handle, _)| !used[*handle].is_empty());
-        let bindings = globals.filter_map(|(_, global)| {
+        let bindings = globals.filter_map(|(handle, global)| {
             let at = global.binding.as_ref()?;
             let uniform = (global.space == naga::AddressSpace::Uniform).then(|| self.uniform_layout(global.ty));
-            Some((global.name.clone()?, Binding { group: at.group, binding: at.binding, uniform }))
+            let filtered = used.sampling_set.iter().any(|pair| pair.image == handle);
+            let ty = self.binding_type(global, filtered);
+            Some((global.name.clone()?, Binding { group: at.group, binding: at.binding, ty, uniform }))
         });
         Some(bindings.collect())
+    }
+
+    /// The naga module, for tests that look at what a shader does.
+    pub fn naga(&self) -> (&naga::Module, &naga::valid::ModuleInfo) {
+        (&self.module, &self.info)
+    }
+
+    /// What a variable takes; `filtered` says whether a texture is read through a sampler.
+    fn binding_type(&self, global: &naga::GlobalVariable, filtered: bool) -> wgpu::BindingType {
+        use naga::{AddressSpace, ImageClass, ScalarKind, StorageAccess, TypeInner};
+        let buffer = |ty, has_dynamic_offset| {
+            let min_binding_size =
+                wgpu::BufferSize::new(self.module.types[global.ty].inner.size(self.module.to_ctx()).into());
+            wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size }
+        };
+        match global.space {
+            AddressSpace::Uniform => return buffer(wgpu::BufferBindingType::Uniform, true),
+            AddressSpace::Storage { access } => {
+                let read_only = !access.contains(StorageAccess::STORE);
+                return buffer(wgpu::BufferBindingType::Storage { read_only }, false);
+            }
+            _ => {}
+        }
+        match self.module.types[global.ty].inner {
+            TypeInner::Image { dim, arrayed, class } => {
+                let view_dimension = view_dimension(dim, arrayed);
+                match class {
+                    ImageClass::Storage { format, access } => wgpu::BindingType::StorageTexture {
+                        access: match (access.contains(StorageAccess::LOAD), access.contains(StorageAccess::STORE)) {
+                            (true, true) => wgpu::StorageTextureAccess::ReadWrite,
+                            (true, false) => wgpu::StorageTextureAccess::ReadOnly,
+                            _ => wgpu::StorageTextureAccess::WriteOnly,
+                        },
+                        format: wgpu_naga_bridge::map_storage_format_from_naga(format),
+                        view_dimension,
+                    },
+                    ImageClass::Sampled { multi, kind } => wgpu::BindingType::Texture {
+                        sample_type: match kind {
+                            ScalarKind::Sint => wgpu::TextureSampleType::Sint,
+                            ScalarKind::Uint => wgpu::TextureSampleType::Uint,
+                            _ => wgpu::TextureSampleType::Float { filterable: filtered },
+                        },
+                        view_dimension,
+                        multisampled: multi,
+                    },
+                    ImageClass::Depth { multi } => wgpu::BindingType::Texture {
+                        sample_type: wgpu::TextureSampleType::Depth,
+                        view_dimension,
+                        multisampled: multi,
+                    },
+                    ImageClass::External => wgpu::BindingType::ExternalTexture,
+                }
+            }
+            TypeInner::Sampler { comparison: true } => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison),
+            _ => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
+        }
     }
 
     fn uniform_layout(&self, ty: naga::Handle<naga::Type>) -> UniformLayout {
@@ -205,6 +265,17 @@ impl Module {
             _ => Vec::new(),
         };
         UniformLayout { size: size_of(ty), fields }
+    }
+}
+
+fn view_dimension(dim: naga::ImageDimension, arrayed: bool) -> wgpu::TextureViewDimension {
+    match (dim, arrayed) {
+        (naga::ImageDimension::D1, _) => wgpu::TextureViewDimension::D1,
+        (naga::ImageDimension::D2, false) => wgpu::TextureViewDimension::D2,
+        (naga::ImageDimension::D2, true) => wgpu::TextureViewDimension::D2Array,
+        (naga::ImageDimension::D3, _) => wgpu::TextureViewDimension::D3,
+        (naga::ImageDimension::Cube, false) => wgpu::TextureViewDimension::Cube,
+        (naga::ImageDimension::Cube, true) => wgpu::TextureViewDimension::CubeArray,
     }
 }
 

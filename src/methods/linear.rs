@@ -192,7 +192,8 @@ impl Method for Linear {
             return Ok(super::pinhole::inner(frame, view));
         }
         match BACKENDS[self.backend] {
-            "cpu" => Ok(self.on_cpu(frame, view, lens)),
+            "cpu" if frame.may_wait() => Ok(self.on_cpu(frame, view, lens)),
+            "cpu" => Err(MethodError::HasToWait { method: "linear" }),
             _ => Ok(self.on_gpu(frame, view, lens, greatest_px as f32)),
         }
     }
@@ -253,8 +254,9 @@ impl Linear {
         let Layer { color, depth } = view.pinhole(frame);
         let lens_uniform = view.lens_uniform(lens);
         let params = self.uniform(view, lens, greatest_px);
-        let sub_pixels = self.sub_pixels();
-        let sub_pixels = frame.gpu().buffer_of("sub-pixels", &sub_pixels);
+        let gpu = frame.gpu();
+        let sampling = self.filter().sampling;
+        let sub_pixels = gpu.memo().get(&sampling, || gpu.buffer_of("sub-pixels", &self.sub_pixels()));
         let outer = color.size();
         let tiles = (outer + TILE_PX - 1) / TILE_PX;
         let circles = frame.texture(CIRCLES, outer, wgpu::TextureFormat::Rg32Float);

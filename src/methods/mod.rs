@@ -177,6 +177,13 @@ pub enum MethodError {
         /// What is missing.
         what: &'static str,
     },
+    /// It has to wait for the GPU, which frames of a [`Recorder`](crate::gpu::Recorder) do
+    /// not.
+    #[error("{method} computes on the CPU and has to wait for the picture: record it in a frame of its own")]
+    HasToWait {
+        /// The method's id.
+        method: &'static str,
+    },
 }
 
 /// A depth-of-field method.

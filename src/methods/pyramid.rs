@@ -152,7 +152,7 @@ fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) ->
     for (level, pair) in (2..).zip(known.windows(2)) {
         frame
             .pass(&SHADER, "pull_level")
-            .label(format!("pull level {level}"))
+            .label(format_args!("pull level {level}"))
             .buffer("occupied", &sub_images.occupied)
             .texture("known_color", &pair[0].color)
             .texture("known_depth", &pair[0].depth)
@@ -165,7 +165,7 @@ fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) ->
         let finer = Known::new(frame, sub_images, level);
         frame
             .pass(&SHADER, "push_level")
-            .label(format!("push level {level}"))
+            .label(format_args!("push level {level}"))
             .buffer("occupied", &sub_images.occupied)
             .texture("known_color", &known.color)
             .texture("known_depth", &known.depth)

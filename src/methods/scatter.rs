@@ -15,7 +15,7 @@
 
 use super::sprites::{SpriteTable, SpritesUniform, sum_format};
 use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Blend, Frame, Shader, Texture, sort_pairs};
+use crate::gpu::{Blend, Buffer, Frame, Shader, Texture, sort_pairs};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
@@ -78,7 +78,7 @@ impl Method for Scatter {
         let input = Input {
             lens: view.lens_uniform(lens),
             sprites: table.uniform(view),
-            idf_sums: table.upload(frame.gpu()),
+            idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
             pinhole,
         };
         let orders = if self.symmetric { &ORDERS[..] } else { &ORDERS[..1] };
@@ -116,19 +116,19 @@ struct Input {
 }
 
 /// Indices of the pixels, farthest first.
-fn sorted(frame: &mut Frame<'_>, pinhole: &Layer, params: &Params) -> wgpu::Buffer {
+fn sorted(frame: &mut Frame<'_>, pinhole: &Layer, params: &Params) -> Buffer {
     let size = pinhole.depth.size();
     let count = size.element_product();
     let bytes = u64::from(count) * 4;
-    let keys = frame.gpu().buffer("depth bits", bytes);
-    let pixels = frame.gpu().buffer("pixels far to near", bytes);
+    let keys = frame.gpu().scratch("depth bits", bytes);
+    let pixels = frame.gpu().scratch("pixels far to near", bytes);
     let pass = frame.pass(&SHADER, "list_pixels").uniform("params", params).texture("depth", &pinhole.depth);
     pass.buffer("depth_bits", &keys).buffer("pixels", &pixels).dispatch(size);
     sort_pairs(frame, &keys, &pixels, count);
     pixels
 }
 
-fn draw(frame: &mut Frame<'_>, input: &Input, far_to_near: &wgpu::Buffer, blended: &Texture) {
+fn draw(frame: &mut Frame<'_>, input: &Input, far_to_near: &Buffer, blended: &Texture) {
     let count = input.pinhole.depth.size().element_product();
     let draw = frame.draw(&SHADER, "vs_sorted", "fs_over").strips();
     draw.target(blended, Blend::Over, Some([0.0; 4]))

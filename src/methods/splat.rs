@@ -314,7 +314,7 @@ impl Splatting {
             lens: view.lens_uniform(lens),
             sprites: table.uniform(view),
             params: splat.uniform(frame, view, lens),
-            idf_sums: table.upload(frame.gpu()),
+            idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
             layers: ["layer in front", "layer at", "layer behind"].map(|label| frame.texture(label, size, format)),
             size,
         }

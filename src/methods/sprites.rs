@@ -37,6 +37,9 @@ pub struct SpriteTable {
     corners: Vec<[f32; 4]>,
 }
 
+/// A [`SpriteTable`] on the GPU.
+struct IdfSums(Texture);
+
 uniform! {
     /// `Sprites` in `shaders/lib/sprites.wgsl`.
     pub(super) struct SpritesUniform {
@@ -116,9 +119,14 @@ impl SpriteTable {
         (a * (1.0 - inside.x) + b * inside.x) * (1.0 - inside.y) + (c * (1.0 - inside.x) + d * inside.x) * inside.y
     }
 
-    /// The table as `idf_sums`. A texture of its own, not a pooled one: it is written
-    /// before the frame's passes run, whatever they did with a pooled one.
-    pub(super) fn upload(&self, gpu: &Gpu) -> Texture {
+    /// The table of an aperture as `idf_sums`, kept while it is used.
+    pub(super) fn texture_of(aperture: &Aperture, gpu: &Gpu) -> Texture {
+        (*gpu.memo().get(aperture, || IdfSums(Self::of(aperture).upload(gpu)))).0.clone()
+    }
+
+    /// A texture of its own, not a pooled one: it is written before the frame's passes run,
+    /// whatever they did with a pooled one.
+    fn upload(&self, gpu: &Gpu) -> Texture {
         let side = CELLS as u32;
         let size = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
         let texture = gpu.device().create_texture(&wgpu::TextureDescriptor {

@@ -21,7 +21,7 @@
 //! pass.
 
 use super::{Meaning, Param, Quantity, Scale};
-use crate::gpu::{Frame, Pass, Precision, Shader, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Pass, Precision, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
@@ -247,7 +247,7 @@ pub(super) struct SubImages {
     uniform: SubImagesUniform,
     lens: LensUniform,
     /// Bit l is set if any pixel lies in the sub-image of layer l.
-    pub occupied: wgpu::Buffer,
+    pub occupied: Buffer,
     /// |i| by layer, falling: the layers of a level are the first ones.
     levels: Vec<u32>,
     /// Half the image, px, rounded up.
@@ -372,7 +372,7 @@ impl SubImages {
     pub fn blur(&self, frame: &mut Frame<'_>, first: Texture) -> Blurred {
         let analysis = self.analyse(frame, first);
         for (level, texture) in (1..).zip(&analysis) {
-            frame.expose(format!("{LEVEL}{level}"), texture);
+            frame.expose(format_args!("{LEVEL}{level}"), texture);
         }
         let mut blurred = Blurred::starting_at(&analysis[analysis.len() - 1]);
         for finer in (1..self.deepest()).rev() {
@@ -394,7 +394,7 @@ impl SubImages {
             let coarser = self.texture(frame, "sub-image analysis", level, layers, frame.precision.format());
             frame
                 .pass(&SHADER, "reduce")
-                .label(format!("reduce level {level}"))
+                .label(format_args!("reduce level {level}"))
                 .uniform("sub_images", &self.uniform)
                 .buffer("occupied", &self.occupied)
                 .texture("finer", &analysis[analysis.len() - 1])
@@ -416,7 +416,7 @@ impl SubImages {
         let entry = if self.glow { "expand_with_glow" } else { "expand" };
         let mut pass = frame
             .pass(&SHADER, entry)
-            .label(format!("expand to level {finer}"))
+            .label(format_args!("expand to level {finer}"))
             .uniform("sub_images", &self.uniform)
             .uniform("level", &Level { finer, ..Default::default() })
             .buffer("occupied", &self.occupied)

@@ -5,7 +5,7 @@
 //! or by a [`FocusMap`], then dispatches one workgroup for each tile of a class.
 
 use super::{Meaning, Quantity, Scale};
-use crate::gpu::{Frame, Gpu, Pass, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::View;
 use crate::{shader, uniform};
@@ -60,9 +60,9 @@ uniform! {
 pub struct TileLists {
     tiles: UVec2,
     /// Tiles (x | y << 16), each class's list as long as there are tiles.
-    pub lists: wgpu::Buffer,
+    pub lists: Buffer,
     /// By class: workgroups in x, y, z, and the list's length.
-    pub dispatches: wgpu::Buffer,
+    pub dispatches: Buffer,
 }
 
 impl TileLists {
@@ -72,8 +72,8 @@ impl TileLists {
         let bytes = 4 * CLASSES * u64::from(tiles.x) * u64::from(tiles.y);
         Self {
             tiles,
-            lists: gpu.buffer("tile lists", bytes),
-            dispatches: gpu.buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
+            lists: gpu.scratch("tile lists", bytes),
+            dispatches: gpu.indirect_buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
         }
     }
 
@@ -136,7 +136,7 @@ impl TileLists {
 pub struct FocusMap {
     focus: Focus,
     /// Of each tile of the outer frame: how far what reaches it blurs, px; 0 where nothing does.
-    reach_px: wgpu::Buffer,
+    reach_px: Buffer,
 }
 
 impl FocusMap {
@@ -159,7 +159,7 @@ impl FocusMap {
         };
         let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
         let [marked, rows, all] =
-            ["marked reach", "reach along rows", "reach"].map(|label| frame.gpu().buffer(label, bytes));
+            ["marked reach", "reach along rows", "reach"].map(|label| frame.gpu().scratch(label, bytes));
         let depth = view.pinhole(frame).depth;
         frame
             .pass(&SHADER, "mark_reach")

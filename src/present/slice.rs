@@ -94,7 +94,7 @@ impl<'a> Numbers<'a> {
     /// The numbers alone, as large as their slice.
     pub fn alone(&self, frame: &mut Frame<'_>) -> Texture {
         let result = frame.texture("slice", self.slice.size(), FORMAT);
-        let color_map = frame.gpu().buffer_of("colour map", &self.map.table());
+        let color_map = self.map.on_gpu(frame.gpu());
         frame
             .pass(&SHADER, "one_channel")
             .uniform("plane", &self.plane())
@@ -117,7 +117,7 @@ impl<'a> Numbers<'a> {
         opacity: f32,
     ) -> Texture {
         let result = frame.texture("numbers over the picture", color.size(), FORMAT);
-        let color_map = frame.gpu().buffer_of("colour map", &self.map.table());
+        let color_map = self.map.on_gpu(frame.gpu());
         let texels_per_px = (self.slice.size().as_vec2() / place.size).to_array();
         let plane = Plane { min_px: place.min.to_array(), texels_per_px, ..self.plane() };
         frame

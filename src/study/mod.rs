@@ -8,6 +8,7 @@ pub mod devices;
 pub mod gauntlet;
 pub mod inside;
 pub mod meter;
+pub mod profile;
 pub mod random;
 pub mod reference;
 pub mod render;

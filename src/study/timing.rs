@@ -152,7 +152,7 @@ fn shares_what_it_keeps(method: &dyn Method, methods: &[Box<dyn Method>]) -> boo
     methods.iter().filter(|other| other.about().id == method.about().id).count() > 1
 }
 
-fn copy_once(gpu: &Gpu, view: &mut View) -> Option<f64> {
+pub(super) fn copy_once(gpu: &Gpu, view: &mut View) -> Option<f64> {
     let mut frame = gpu.frame();
     // Drawn in a frame of its own, if it is not there.
     view.pinhole(&mut frame);

@@ -101,4 +101,17 @@ impl View {
         let view = Self::of_layer(layer, foreign.near_m, foreign.fov_y);
         Ok(Self { repaired: Repaired::OnGpu(repaired), ..view })
     }
+
+    /// Makes this the view of another frame, such as the next one of the same program: what
+    /// [`View::set_depth_range_m`] promised goes on to hold.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`View::of_foreign`]; then the view stays what it was.
+    pub fn set_foreign(&mut self, frame: &mut Frame<'_>, foreign: &ForeignFrame<'_>) -> Result<(), ViewError> {
+        let next = Self::of_foreign(frame, foreign)?;
+        let before = std::mem::replace(self, next);
+        self.keep_promises_of(&before);
+        Ok(())
+    }
 }

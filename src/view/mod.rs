@@ -11,6 +11,7 @@ mod peel;
 mod pipelines;
 mod raster;
 mod samples;
+mod summary;
 mod upload;
 
 pub use import::{DepthConvention, ForeignFrame};
@@ -21,15 +22,16 @@ pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
-use crate::gpu::{Frame, Gpu, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, DepthImage};
-use crate::lens::{GREATEST_COC_PX, Lens};
-use crate::{shader, uniform};
+use crate::lens::Lens;
+use crate::uniform;
 use glam::{DVec2, UVec2};
 use raster::{SceneSource, Shot};
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::Arc;
+use summary::Known;
 
 /// The largest overscan that is drawn unasked, px.
 pub const MAX_AUTO_OVERSCAN_PX: u32 = 96;
@@ -65,7 +67,7 @@ pub struct Shading {
     /// `Environment` there.
     pub environment: EnvironmentUniform,
     /// A storage array of `Light`.
-    pub lights: wgpu::Buffer,
+    pub lights: Buffer,
 }
 
 /// Which surfaces a layer holds: per pixel, the nearest that satisfies both bounds.
@@ -136,21 +138,13 @@ enum Source {
     Image(Layer),
 }
 
-/// Extremes over the outer pinhole image.
-#[derive(Clone, Copy)]
-struct Summary {
-    z_bounds: [f32; 2],
-    greatest_z_step: f32,
-    brightest: f32,
-}
-
 /// A scene or image seen from one place at one size.
 pub struct View {
     source: Source,
     projection: Projection,
     pinhole: Option<Layer>,
     peeled: Option<Peeled>,
-    summary: Option<Summary>,
+    summary: Known,
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     kept: HashMap<TypeId, Box<dyn Any + Send + Sync>>,
@@ -159,7 +153,7 @@ pub struct View {
 /// Where the number of replaced pixels is known.
 enum Repaired {
     Counted(usize),
-    OnGpu(wgpu::Buffer),
+    OnGpu(Buffer),
 }
 
 impl View {
@@ -206,7 +200,7 @@ impl View {
             projection,
             pinhole: None,
             peeled: None,
-            summary: None,
+            summary: Known::default(),
             depth_m: None,
             repaired: Repaired::Counted(0),
             kept: HashMap::new(),
@@ -262,7 +256,7 @@ impl View {
     fn forget(&mut self) {
         self.pinhole = None;
         self.peeled = None;
-        self.summary = None;
+        self.summary.forget();
         self.depth_m = None;
         self.kept.clear();
     }
@@ -390,53 +384,6 @@ impl View {
         Ok(source.draw(frame, "lens view", &shot))
     }
 
-    /// Least and greatest stored depth z over the outer pinhole image. Reduced on the GPU;
-    /// waits for it once after each redraw, since passes to record depend on it.
-    pub fn z_bounds(&mut self, frame: &mut Frame<'_>) -> [f32; 2] {
-        self.summary(frame).z_bounds
-    }
-
-    /// Greatest difference of stored depth between neighbours in the outer pinhole image:
-    /// how much hidden surface a lens can show. Waits as [`View::z_bounds`] does.
-    pub fn greatest_z_step(&mut self, frame: &mut Frame<'_>) -> f32 {
-        self.summary(frame).greatest_z_step
-    }
-
-    /// Greatest component of any colour in the outer pinhole image. Waits as
-    /// [`View::z_bounds`] does.
-    pub fn brightest(&mut self, frame: &mut Frame<'_>) -> f32 {
-        self.summary(frame).brightest
-    }
-
-    fn summary(&mut self, frame: &mut Frame<'_>) -> Summary {
-        if let Some(summary) = self.summary {
-            return summary;
-        }
-        let Layer { color, depth } = self.pinhole(frame);
-        // None of the values is negative, so their bits order as the numbers do.
-        let result = frame.gpu().buffer_of("depth bounds", &[u32::MAX, 0, 0, 0]);
-        frame
-            .pass(&DEPTH_BOUNDS, "depth_bounds")
-            .texture("depth", &depth)
-            .texture("color", &color)
-            .buffer("result", &result)
-            .dispatch_groups(depth.size().x.div_ceil(64), depth.size().y.div_ceil(64), 1);
-        let bits: Vec<u32> = frame.read_buffer(&result);
-        let [low, high, greatest_z_step, brightest] =
-            [0, 1, 2, 3].map(|i| f32::from_bits(bits.get(i).copied().unwrap_or(0)));
-        let summary = Summary { z_bounds: [low, high], greatest_z_step, brightest };
-        self.summary = Some(summary);
-        summary
-    }
-
-    /// Least and greatest signed CoC diameter, px, over the outer pinhole image, cut to
-    /// [`GREATEST_COC_PX`] as in shaders.
-    pub fn coc_bounds_px(&mut self, frame: &mut Frame<'_>, lens: &Lens) -> [f64; 2] {
-        let [z_min, z_max] = self.z_bounds(frame).map(f64::from);
-        let at = |z: f64| lens.coc().at_stored(z, self.projection.near_m).clamp(-GREATEST_COC_PX, GREATEST_COC_PX);
-        [at(z_max), at(z_min)]
-    }
-
     /// Depth of the inner frame in metres on the CPU, read back when first asked for.
     pub fn depth_m(&mut self, gpu: &Gpu) -> Arc<DepthImage> {
         if let Some(depth) = &self.depth_m {
@@ -456,8 +403,6 @@ impl View {
 /// Greatest K and slope, px, that a shader is given: their difference is still far from the
 /// end of f32.
 const GREATEST_FACTOR_PX: f64 = 1e30;
-
-const DEPTH_BOUNDS: crate::gpu::Shader = shader!("depth_bounds");
 
 /// Overscan, px, that the greatest CoC in view asks for, capped at
 /// [`MAX_AUTO_OVERSCAN_PX`]: a lens ray leaves the frame by at most C/2.

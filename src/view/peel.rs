@@ -3,7 +3,7 @@
 use super::fine::FineQuery;
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
 use super::{Layer, LayerQuery, LensUniform, View, ViewError};
-use crate::gpu::{Frame, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Texture, TextureKey};
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
 
@@ -178,14 +178,14 @@ impl View {
 }
 
 /// By tile, whether hidden layers may be seen there: a buffer of u32.
-fn find_needed(frame: &mut Frame<'_>, depth: &Texture, params: &PeelParams, layers: u32) -> wgpu::Buffer {
+fn find_needed(frame: &mut Frame<'_>, depth: &Texture, params: &PeelParams, layers: u32) -> Buffer {
     let gpu = frame.gpu();
     let tiles = UVec2::new(params.tiles_x, params.tiles_y);
-    let buffer = |label, bytes: u64| gpu.buffer(label, bytes * u64::from(tiles.x) * u64::from(tiles.y));
-    let needed = buffer("tiles with hidden layers", 4);
+    let buffer = |label, bytes: u64| gpu.scratch(label, bytes * u64::from(tiles.x) * u64::from(tiles.y));
     if layers == 1 {
-        return needed;
+        return gpu.buffer("tiles with hidden layers", 4 * u64::from(tiles.x) * u64::from(tiles.y));
     }
+    let needed = buffer("tiles with hidden layers", 4);
     let (edges, rows) = (buffer("edges", 8), buffer("edges along rows", 8));
     frame
         .pass(&SHADER, "find_edges")

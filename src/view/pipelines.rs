@@ -1,6 +1,6 @@
 //! Render pipelines of the scene rasteriser (`shaders/scene.wgsl`).
 
-use crate::gpu::{Gpu, Module, Precision, Uniform};
+use crate::gpu::{Frame, Gpu, Module, Precision, Resource, Uniform};
 use crate::{shader, uniform};
 use std::collections::HashMap;
 use std::sync::Mutex;
@@ -76,6 +76,20 @@ pub(super) struct LightElement {
     pub _pad: [u32; 3],
 }
 
+impl LightElement {
+    /// A light that brings nothing.
+    pub(super) const NONE: Self = Self {
+        position: [0.0; 3],
+        inverse_range: 0.0,
+        direction: [0.0; 3],
+        kind: 0,
+        intensity: [0.0; 3],
+        cos_inner: 0.0,
+        cos_outer: 0.0,
+        _pad: [0; 3],
+    };
+}
+
 /// What tells pipelines of surfaces apart.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct Variant {
@@ -147,8 +161,7 @@ impl Pipelines {
         let module = Module::parse(shader.name, shader.source, Precision::Half).unwrap_or_else(|e| panic!("{e}"));
         check_uniforms(&module).unwrap_or_else(|e| panic!("{e}"));
         let device = gpu.device();
-        let source = wgpu::ShaderSource::Wgsl(module.source.as_str().into());
-        let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("scene"), source });
+        let module = crate::gpu::embedded_module(device, "scene", &module.source);
         let frame_layout = frame_layout(device);
         let material_layout = material_layout(device);
         let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -170,16 +183,10 @@ impl Pipelines {
         made.entry((kind, drawn)).or_insert_with(make).clone()
     }
 
-    pub(super) fn bind_frame(
-        &self,
-        gpu: &Gpu,
-        view: &wgpu::Buffer,
-        lights: &wgpu::Buffer,
-        below: &wgpu::TextureView,
-    ) -> wgpu::BindGroup {
-        let buffers = [view, lights].map(wgpu::Buffer::as_entire_binding);
-        let below = wgpu::BindingResource::TextureView(below);
-        bind(gpu, &self.frame_layout, buffers.into_iter().chain([below]))
+    /// Binds a [`ViewUniform`], the lights and the bound that surfaces lie below; the first
+    /// by its offset, which is to be given when the group is set.
+    pub(super) fn bind_frame(&self, frame: &Frame<'_>, bound: &[Resource; 3]) -> wgpu::BindGroup {
+        frame.bind_group(&self.frame_layout, bound)
     }
 
     pub(super) fn bind_material(
@@ -224,8 +231,8 @@ fn layout(device: &wgpu::Device, types: &[(wgpu::BindingType, wgpu::ShaderStages
     device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some("scene"), entries: &entries })
 }
 
-fn buffer(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
-    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+fn buffer(ty: wgpu::BufferBindingType, has_dynamic_offset: bool) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset, min_binding_size: None }
 }
 
 fn texture(filterable: bool) -> wgpu::BindingType {
@@ -238,11 +245,11 @@ fn texture(filterable: bool) -> wgpu::BindingType {
 
 fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     use wgpu::ShaderStages as Stages;
-    let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true });
+    let storage = buffer(wgpu::BufferBindingType::Storage { read_only: true }, false);
     layout(
         device,
         &[
-            (buffer(wgpu::BufferBindingType::Uniform), Stages::VERTEX_FRAGMENT),
+            (buffer(wgpu::BufferBindingType::Uniform, true), Stages::VERTEX_FRAGMENT),
             (storage, Stages::FRAGMENT),
             (texture(false), Stages::FRAGMENT),
         ],
@@ -250,7 +257,7 @@ fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
 }
 
 fn material_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let mut types = vec![(buffer(wgpu::BufferBindingType::Uniform), wgpu::ShaderStages::FRAGMENT)];
+    let mut types = vec![(buffer(wgpu::BufferBindingType::Uniform, false), wgpu::ShaderStages::FRAGMENT)];
     types.extend([(texture(true), wgpu::ShaderStages::FRAGMENT); 4]);
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     types.extend([(sampler, wgpu::ShaderStages::FRAGMENT); 4]);

@@ -6,11 +6,10 @@ use super::pipelines::{
 use super::upload::{DrawItem, GpuScene};
 use super::{Layer, LayerQuery, Shading, SurfaceLayer};
 use crate::camera::{Camera, Projection};
-use crate::gpu::{Frame, Gpu, Texture};
+use crate::gpu::{Buffer, Frame, Resource, Texture};
 use crate::scene::{Environment, LightKind};
 use glam::{DAffine3, DVec2, Mat4, UVec2, Vec3, Vec4};
 use std::sync::Arc;
-use wgpu::util::DeviceExt;
 
 /// A scene seen from one camera: what changes only when the camera moves.
 pub(super) struct SceneSource {
@@ -18,11 +17,9 @@ pub(super) struct SceneSource {
     pub camera: Camera,
     /// Rows that take object space to view space, by instance.
     rows: Vec<Rows>,
-    lights: wgpu::Buffer,
+    lights: Buffer,
     /// View-space bounding spheres of the instances: centre and radius.
     spheres: Vec<Vec4>,
-    /// Bound where a layer has no per-pixel limit: everything is farther.
-    unlimited: Texture,
 }
 
 /// From where, and which surfaces.
@@ -63,12 +60,7 @@ impl SceneSource {
         Self {
             spheres: spheres.collect(),
             rows: view_from_object.iter().map(rows).collect(),
-            lights: buffer(&gpu, bytemuck::cast_slice(&lights), wgpu::BufferUsages::STORAGE),
-            unlimited: crate::gpu::upload_scalar(
-                &gpu,
-                "unlimited",
-                &crate::image::Image::filled(UVec2::ONE, f32::INFINITY),
-            ),
+            lights: gpu.buffer_of("lights", if lights.is_empty() { &NO_LIGHT } else { &lights }),
             scene,
             camera,
         }
@@ -101,15 +93,18 @@ impl SceneSource {
     }
 
     fn draw_into(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>, kind: LayerKind, targets: &[&Texture]) {
-        let gpu = frame.gpu();
         let depth_buffer = frame.texture("depth buffer", targets[0].size(), DEPTH_BUFFER);
         let visible = self.cull(&shot.clip_from_view, &shot.query);
         frame.stats.triangles += visible.iter().map(VisibleItem::triangles).sum::<u64>();
         frame.stats.views += 1;
 
         let rows: Vec<Rows> = visible.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
-        let instances = buffer(gpu, bytemuck::cast_slice(&rows), wgpu::BufferUsages::VERTEX);
-        let bind_group = self.bind(gpu, shot);
+        let instances = frame.data(bytemuck::cast_slice(&rows));
+        let view = frame.uniform(&self.uniform(shot));
+        let offset = view.offset();
+        let below = shot.query.below.unwrap_or(&self.scene.unlimited).view().clone();
+        let bound = [view, Resource::Buffer(self.lights.raw().clone()), Resource::View(below)];
+        let bind_group = self.scene.pipelines.bind_frame(frame, &bound);
         let (encoder, slot) = frame.raw_pass(label);
         let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
             query_set,
@@ -129,9 +124,9 @@ impl SceneSource {
             timestamp_writes,
             ..Default::default()
         });
-        pass.set_bind_group(0, &bind_group, &[]);
+        pass.set_bind_group(0, &bind_group, &[offset]);
         pass.set_vertex_buffer(0, self.scene.vertices.slice(..));
-        pass.set_vertex_buffer(1, instances.slice(..));
+        pass.set_vertex_buffer(1, instances.buffer.slice(u64::from(instances.offset)..));
         pass.set_index_buffer(self.scene.indices.slice(..), wgpu::IndexFormat::Uint32);
         if let (Some(_), Some(any)) = (shot.query.below, self.scene.materials.first()) {
             pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Closed));
@@ -184,12 +179,6 @@ impl SceneSource {
         items
     }
 
-    fn bind(&self, gpu: &Gpu, shot: &Shot<'_>) -> wgpu::BindGroup {
-        let view = buffer(gpu, bytemuck::bytes_of(&self.uniform(shot)), wgpu::BufferUsages::UNIFORM);
-        let below = shot.query.below.unwrap_or(&self.unlimited).view();
-        self.scene.pipelines.bind_frame(gpu, &view, &self.lights, below)
-    }
-
     fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
         ViewUniform {
             clip_from_view: shot.clip_from_view.to_cols_array_2d(),
@@ -238,11 +227,8 @@ impl VisibleItem<'_> {
     }
 }
 
-fn buffer(gpu: &Gpu, bytes: &[u8], usage: wgpu::BufferUsages) -> wgpu::Buffer {
-    // An empty binding is not allowed; 64 bytes hold one element of any of the arrays.
-    let contents = if bytes.is_empty() { &[0; 64] } else { bytes };
-    gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some("scene"), contents, usage })
-}
+/// Bound where there are no lights: an empty binding is not allowed.
+const NO_LIGHT: [LightElement; 1] = [LightElement::NONE];
 
 fn rows(m: &DAffine3) -> Rows {
     let row = |i: usize| [m.matrix3.x_axis[i], m.matrix3.y_axis[i], m.matrix3.z_axis[i], m.translation[i]];

@@ -7,7 +7,7 @@
 
 use super::fine::{FineQuery, empty, weave};
 use super::{Layer, LayerQuery, Source, View, ViewError};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::{shader, uniform};
 use glam::UVec2;
 
@@ -38,7 +38,7 @@ uniform! {
 #[derive(Clone, Debug)]
 pub struct Lights {
     /// `Light` in `shaders/lib/emitters.wgsl`, by pixel.
-    pub buffer: wgpu::Buffer,
+    pub buffer: Buffer,
     /// Distance of samples, px.
     pub sample_px: f32,
 }

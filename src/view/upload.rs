@@ -1,7 +1,8 @@
 //! A scene on the GPU: what does not depend on the camera.
 
 use super::pipelines::{MaterialUniform, Pipelines, VERTEX_STRIDE, Variant};
-use crate::gpu::Gpu;
+use crate::gpu::{Gpu, Texture, upload_scalar};
+use crate::image::Image;
 use crate::image_io::srgb::{linear_from_srgb8_table, srgb8_from_linear};
 use crate::scene::{Environment, Light, Material, Scene, TextureImage, TextureUse, Wrap};
 use glam::{DVec3, Vec3, Vec4};
@@ -37,6 +38,8 @@ pub struct GpuScene {
     pub(super) instances: Vec<GpuInstance>,
     pub(super) environment: Environment,
     pub(super) lights: Vec<Light>,
+    /// Bound where a layer has no per-pixel limit: everything is farther.
+    pub(super) unlimited: Texture,
 }
 
 /// All instances of one mesh that are drawn alike.
@@ -61,9 +64,7 @@ impl GpuScene {
     pub fn new(gpu: &Gpu, scene: &Scene, options: SurfaceOptions) -> Arc<Self> {
         let pipelines = Pipelines::new(gpu);
         let (vertices, indices, ranges) = geometry(scene);
-        let init = |label, contents, usage| {
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
-        };
+        let init = |label, contents: &[u8], usage| gpu.lasting_buffer(label, contents, usage);
         Arc::new(Self {
             vertices: init("vertices", &vertices, wgpu::BufferUsages::VERTEX),
             indices: init("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
@@ -72,6 +73,7 @@ impl GpuScene {
             instances: instances(scene),
             environment: scene.environment,
             lights: scene.lights.clone(),
+            unlimited: upload_scalar(gpu, "unlimited", &Image::filled(glam::UVec2::ONE, f32::INFINITY)),
             gpu: gpu.clone(),
             pipelines,
             options,
@@ -171,8 +173,7 @@ fn materials(gpu: &Gpu, pipelines: &Pipelines, scene: &Scene, options: SurfaceOp
         let uniform = uniform(material, &uses);
         let contents = bytemuck::bytes_of(&uniform);
         let usage = wgpu::BufferUsages::UNIFORM;
-        let buffer =
-            gpu.device().create_buffer_init(&wgpu::util::BufferInitDescriptor { label: None, contents, usage });
+        let buffer = gpu.lasting_buffer("material", contents, usage);
         pipelines.bind_material(gpu, &buffer, [view(0), view(1), view(2), view(3)], &samplers)
     };
     scene.materials.iter().map(bind).collect()

@@ -470,6 +470,8 @@ impl Engine {
         let start = Instant::now();
         let gpu = self.gpu.clone();
         let mut frame = gpu.frame();
+        // The panes show them, and how much a step of a reference may do follows from them.
+        frame.time_passes();
         let (limits, blur_px) = (self.limits(), self.blur_px);
         let divisor_of = |pane: &mut Pane| if pane.pace.is_slow(blur_px, limits) { divisor } else { 1 };
         let mut tasks: Vec<(PaneId, u32, u32)> = Vec::new();

@@ -4,12 +4,11 @@
 use super::AdaptiveUniform;
 use super::tiles::TILE_PX;
 use crate::aperture::Aperture;
-use crate::gpu::{Frame, Gpu, Shader, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
 use crate::view::{Lights, Peeled};
 use crate::{shader, uniform};
 use glam::{UVec2, dvec2};
 use half::f16;
-use std::sync::Mutex;
 
 const SHADER: Shader = shader!("methods/adaptive_highlights");
 
@@ -37,9 +36,9 @@ uniform! {
 pub(super) struct Highlights {
     pub uniform: HighlightsUniform,
     /// The number of emitters, then for each inner tile how many cover it.
-    pub counts: wgpu::Buffer,
-    pub lists: wgpu::Buffer,
-    pub emitters: wgpu::Buffer,
+    pub counts: Buffer,
+    pub lists: Buffer,
+    pub emitters: Buffer,
     /// Density of lens points over the square of v from -2 to 2 lens radii.
     pub aperture: Texture,
 }
@@ -66,9 +65,9 @@ impl Highlights {
                 margin_tiles,
             },
             counts: counts(gpu, adaptive),
-            lists: gpu.buffer("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
-            emitters: gpu.buffer("emitters", EMITTER_BYTES * u64::from(searched.x) * u64::from(searched.y)),
-            aperture: aperture_table(gpu, aperture),
+            lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
+            emitters: gpu.scratch("emitters", EMITTER_BYTES * u64::from(searched.x) * u64::from(searched.y)),
+            aperture: (*gpu.memo().get(aperture, || AperturePicture(aperture_table(gpu, aperture)))).0.clone(),
         };
         frame
             .pass(&SHADER, "find_emitters")
@@ -89,16 +88,27 @@ impl Highlights {
 const EMITTER_BYTES: u64 = 48;
 
 /// Emitter counts of all tiles, none.
-pub(super) fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> wgpu::Buffer {
+pub(super) fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> Buffer {
     let [columns, rows] = adaptive.inner_tiles.map(u64::from);
     gpu.buffer("emitter counts", 4 * (1 + columns * rows))
 }
 
-/// The intensity over the aperture with mipmaps, uploaded.
+/// The table of an aperture on the GPU.
+struct AperturePicture(Texture);
+
+/// The intensity over the aperture with mipmaps, uploaded. A texture of its own, not a
+/// pooled one: it is kept, and written before the frame's passes run.
 fn aperture_table(gpu: &Gpu, aperture: &Aperture) -> Texture {
-    let format = wgpu::TextureFormat::Rgba16Float;
-    let size = UVec2::splat(TABLE_SIDE);
-    let texture = gpu.texture_of("aperture", TextureKey { size, levels: TABLE_LEVELS, layers: 1, format });
+    let texture = Texture::external(gpu.device().create_texture(&wgpu::TextureDescriptor {
+        label: Some("aperture"),
+        size: wgpu::Extent3d { width: TABLE_SIDE, height: TABLE_SIDE, depth_or_array_layers: 1 },
+        mip_level_count: TABLE_LEVELS,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba16Float,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    }));
     let mut densities = densities(aperture);
     let mut side = TABLE_SIDE;
     for mip_level in 0..TABLE_LEVELS {
@@ -118,18 +128,8 @@ fn aperture_table(gpu: &Gpu, aperture: &Aperture) -> Texture {
     texture
 }
 
-/// The table of the aperture that was last asked for: it takes milliseconds to make, and
-/// apertures change rarely.
-static LAST: Mutex<Option<(Aperture, Vec<f32>)>> = Mutex::new(None);
-
 /// Mean density in each texel of the table, whose sum is exactly that of the aperture.
 fn densities(aperture: &Aperture) -> Vec<f32> {
-    let mut last = LAST.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-    if let Some((known, densities)) = &*last
-        && known == aperture
-    {
-        return densities.clone();
-    }
     // Sub-texels on each side, for the edges.
     const FINER: u32 = 3;
     let step = 4.0 * aperture.radius() / f64::from(TABLE_SIDE * FINER);
@@ -141,7 +141,5 @@ fn densities(aperture: &Aperture) -> Vec<f32> {
     };
     let densities: Vec<f64> = (0..TABLE_SIDE * TABLE_SIDE).map(mean).collect();
     let integral = densities.iter().sum::<f64>() * (step * f64::from(FINER)).powi(2);
-    let densities: Vec<f32> = densities.iter().map(|d| (d / integral) as f32).collect();
-    *last = Some((aperture.clone(), densities.clone()));
-    densities
+    densities.iter().map(|d| (d / integral) as f32).collect()
 }

@@ -267,7 +267,11 @@ impl Adaptive {
     /// One frame, with the lens points turned as the `turn`-th of many.
     fn turned(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, turn: u32) -> Result<Texture, MethodError> {
         let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
-        let points = lens_points(&lens.aperture, adaptive.points, adaptive.most_points, self.jitter, turn);
+        let gpu = frame.gpu();
+        let AdaptiveUniform { points, most_points, .. } = adaptive;
+        let points = gpu.memo().get(&(lens.aperture.clone(), points, most_points, self.jitter, turn), || {
+            gpu.buffer_of("lens points", &lens_points(&lens.aperture, points, most_points, self.jitter, turn))
+        });
         let views = match adaptive.views {
             0 => Views::none(frame, lens),
             _ => Views::draw(frame, view, lens, &adaptive)?,

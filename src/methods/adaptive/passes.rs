@@ -4,7 +4,7 @@ use super::AdaptiveUniform;
 use super::explain::explain;
 use super::tiles::Tiles;
 use super::views::Views;
-use crate::gpu::{Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::shader;
 use crate::view::Peeled;
 use glam::UVec2;
@@ -31,7 +31,7 @@ pub(super) struct Rays<'a> {
     pub peeled: &'a Peeled,
     pub views: &'a Views,
     /// [`lens_points`](super::lens_points).
-    pub points: &'a [[f32; 2]],
+    pub points: &'a Buffer,
 }
 
 impl Rays<'_> {
@@ -64,7 +64,6 @@ impl Rays<'_> {
 
     /// Gathers the hits of every pixel's rays.
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
-        let points = frame.gpu().buffer_of("lens points", self.points);
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
             let mut pass = frame.pass(&TRACE, entry).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
@@ -79,7 +78,7 @@ impl Rays<'_> {
                 .texture("sample_colors", &self.peeled.samples.color)
                 .texture("sample_depths", &self.peeled.samples.depth)
                 .sampler("linear_clamp", SamplerKind::Linear)
-                .buffer("lens_points", &points)
+                .buffer("lens_points", self.points)
                 .texture("new_buckets", buckets)
                 .texture("counts", counts);
             self.tiles.lists.dispatch(pass, class as u32);
@@ -110,7 +109,7 @@ impl Rays<'_> {
         glow
     }
 
-    fn composite_pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str) -> Pass<'f, 'g> {
+    fn composite_pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &'static str) -> Pass<'f, 'g> {
         let samples = &self.peeled.samples.color;
         frame.pass(&COMPOSITE, entry).uniform("adaptive", self.adaptive).texture("sample_colors", samples)
     }

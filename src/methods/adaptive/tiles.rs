@@ -7,7 +7,7 @@ pub use super::super::tile_lists::TILE_PX;
 use super::super::tile_lists::{SKIPPED, TileLists};
 use super::AdaptiveUniform;
 use super::highlights::{self, Highlights};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::lens::Lens;
 use crate::shader;
 use crate::view::{Peeled, View};
@@ -48,9 +48,9 @@ pub struct Tiles {
     /// s of up to four layers in an RGBA16F texture of the outer size; 60000 for none.
     pub radii: Texture,
     /// [`Tile`]s of the outer frame: what lies in them.
-    pub marked: wgpu::Buffer,
+    pub marked: Buffer,
     /// [`Tile`]s of the inner frame: what their rays can meet.
-    pub dilated: wgpu::Buffer,
+    pub dilated: Buffer,
     /// Inner tiles by class.
     pub lists: TileLists,
     /// Class / 2 of each inner tile, to look at.

@@ -166,7 +166,7 @@ fn filter(frame: &mut Frame<'_>, input: &Input, pyramid: &Texture) -> Texture {
 }
 
 impl Input {
-    fn read<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &str, atlas: &Texture) -> crate::gpu::Pass<'f, 'g> {
+    fn read<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &'static str, atlas: &Texture) -> crate::gpu::Pass<'f, 'g> {
         frame
             .pass(&READ, entry)
             .uniform("lens", &self.lens)

@@ -21,7 +21,7 @@ pub use slabs::{SlabRange, slab_ranges};
 
 use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Frame, SamplerKind, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{EnvironmentUniform, View};
 use crate::{shader, uniform};
@@ -195,7 +195,9 @@ impl Method for Multiview {
         if !view.is_scene() {
             frame.skip("hidden surfaces: an image has none");
         }
-        let points = self.lens_points(lens);
+        let gpu = frame.gpu();
+        let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones);
+        let points = gpu.memo().get(&key, || self.lens_points(gpu, lens));
         let slabs = self.slabs(frame, view, lens)?;
         let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
         let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
@@ -207,7 +209,6 @@ impl Method for Multiview {
         }
         let pinhole = view.pinhole(frame);
         let result = frame.color_texture("multiview", view.size());
-        let lens_points = frame.gpu().buffer_of("lens points", &points.v);
         // Without shading nothing reads these, but they are bound.
         let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
         // Rays that shade see reflections move where all else is in focus.
@@ -231,7 +232,7 @@ impl Method for Multiview {
             .texture("n_buffer", &n_buffer.nearest)
             .sampler("linear_clamp", SamplerKind::Linear)
             .buffer("content", &slabs.content)
-            .buffer("lens_points", &lens_points)
+            .buffer("lens_points", &points.v)
             .uniform("environment", &environment)
             .buffer("lights", &lights)
             .texture("pinhole", &pinhole.color)
@@ -265,7 +266,7 @@ const TILE_CLASSES: [(f32, &str); 2] = [(0.0, "in focus: copied, no rays"), (1.0
 
 /// Lens points of all sets, and how far apart they lie.
 struct LensPoints {
-    v: Vec<Vec2>,
+    v: Buffer,
     sets: u32,
     /// Greatest offset per axis that is added to each, in v.
     jitter: f64,
@@ -296,15 +297,16 @@ impl Multiview {
         Slabs::of(frame, view, SlabsKey { ranges, levels, surfaces: self.shades(view) })
     }
 
-    fn lens_points(&self, lens: &Lens) -> LensPoints {
+    fn lens_points(&self, gpu: &Gpu, lens: &Lens) -> LensPoints {
         let sets = if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 };
         // Blocks are aligned at powers of two: then each is a good set.
         let block = self.samples.next_power_of_two();
         let set = |k: u32| (0..self.samples).map(move |i| lens.aperture.lens_point(k * block + i));
         let spacing = mean_spacing(&set(0).collect::<Vec<_>>());
         let jitter = if JITTERS[self.jitter] == "offsets" { 0.5 * spacing } else { 0.0 };
+        let all: Vec<Vec2> = (0..sets).flat_map(set).map(DVec2::as_vec2).collect();
         LensPoints {
-            v: (0..sets).flat_map(set).map(DVec2::as_vec2).collect(),
+            v: gpu.buffer_of("lens points", &all),
             sets,
             jitter,
             // Points a distance s apart in v are s * C / 2 apart on the image.

@@ -40,7 +40,7 @@ impl NBuffer {
         {
             let kept = kept.clone();
             frame.skip("N-buffer unchanged");
-            frame.expose(format!("N-buffer {}", kept.sides.iter().max().unwrap_or(&1)), &kept.nearest);
+            frame.expose(format_args!("N-buffer {}", kept.sides.iter().max().unwrap_or(&1)), &kept.nearest);
             return kept;
         }
         *view.kept::<Self>() = None;
@@ -61,14 +61,14 @@ fn build(frame: &mut Frame<'_>, slabs: &Slabs, sides: &[u32]) -> Texture {
         let growing = sides.iter().enumerate().map(|(i, &s)| u32::from(s > side) << i).sum();
         frame
             .pass(&SLAB_SHADER, "widen_windows")
-            .label(format!("N-buffer {}", 2 * side))
+            .label(format_args!("N-buffer {}", 2 * side))
             .uniform("level", &Level { side, growing })
             .texture("narrower", &nearest)
             .texture("wider", &wider)
             .dispatch_groups(size.x.div_ceil(8), size.y.div_ceil(8), sides.len() as u32);
         nearest = wider;
         side *= 2;
-        frame.expose(format!("N-buffer {side}"), &nearest);
+        frame.expose(format_args!("N-buffer {side}"), &nearest);
     }
     nearest
 }

@@ -1,7 +1,7 @@
 //! The scene cut into slabs: sections 4.1 and 4.2.
 
 use super::{MethodError, SLAB_SHADER};
-use crate::gpu::{Frame, Shader, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Shader, Texture, TextureKey};
 use crate::view::{Layer, LayerQuery, View};
 use crate::{shader, uniform};
 use glam::UVec2;
@@ -51,7 +51,7 @@ pub(super) struct Slabs {
     /// R32F: stored depth, -1 where there is nothing.
     pub depth: Texture,
     /// For each slab the bits of its greatest z plus 1 (0 if it is empty), and of its least.
-    pub content: wgpu::Buffer,
+    pub content: Buffer,
     /// Texels left of and above the image in the arrays.
     pub padding: UVec2,
 }
@@ -180,7 +180,7 @@ impl Slabs {
                 let layer = view.surface_layer(frame, &label, query)?;
                 frame
                     .pass(&SLAB_SHADER, "gather_surfaces")
-                    .label(format!("gather surfaces {slab}"))
+                    .label(format_args!("gather surfaces {slab}"))
                     .uniform("gather", &gather)
                     .texture("base_roughness", &layer.base_roughness)
                     .texture("normal_metallic", &layer.normal_metallic)
@@ -193,7 +193,7 @@ impl Slabs {
         frame.expose(label, &layer.color);
         frame
             .pass(&SLAB_SHADER, "gather_slab")
-            .label(format!("gather slab {slab}"))
+            .label(format_args!("gather slab {slab}"))
             .uniform("gather", &gather)
             .texture("color", &layer.color)
             .texture("depth", &layer.depth)
@@ -211,7 +211,7 @@ impl Slabs {
                 let size = array.level_size(level);
                 frame
                     .pass(&SLAB_SHADER, "reduce_slabs")
-                    .label(format!("reduce slabs {level}"))
+                    .label(format_args!("reduce slabs {level}"))
                     .level("finer", array, level - 1)
                     .level("coarser", array, level)
                     .dispatch_groups(size.x.div_ceil(8), size.y.div_ceil(8), self.ranges.len() as u32);

@@ -307,8 +307,8 @@ fn reads_per_px(gpu: &Gpu, stage: &mut Stage, method: &dyn Method) -> Result<f64
     let reads = frame.count_texture_reads();
     methods::record(method, &mut frame, &mut stage.view, &stage.lens)
         .map_err(|source| StudyError::Method { method: method.about().id, source })?;
-    let count: Vec<u32> = frame.read_buffer(&reads);
+    let count: Vec<u64> = frame.read_buffer(&reads);
     let _: FrameStats = frame.finish().stats;
     let pixels = f64::from(stage.view.size().element_product());
-    Ok(count.first().map_or(0.0, |n| f64::from(*n) / pixels))
+    Ok(count.first().map_or(0.0, |n| *n as f64 / pixels))
 }
