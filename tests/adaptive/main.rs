@@ -5,6 +5,7 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod hidden;
+mod kinds;
 mod steadiness;
 
 use common::{front_camera, gpu, quad, scene, textured, unlit};
