@@ -46,7 +46,7 @@ impl Specked {
     }
 
     fn wall(x: u32, y: u32) -> Vec3 {
-        Vec3::splat(if (x / 5 + y / 7) % 2 == 0 { 0.9 } else { 0.1 })
+        Vec3::splat(if (x / 5 + y / 7).is_multiple_of(2) { 0.9 } else { 0.1 })
     }
 }
 
