@@ -116,7 +116,7 @@ pub enum Source {
 }
 
 impl Source {
-    /// Opens a built-in scene by name, one of the [gauntlet](crate::study::gauntlet) by its
+    /// Opens a built-in scene by name, one of the [gauntlet] by its
     /// name or its `.ron` file, a `.glb` or `.gltf` file, or an image with depth.
     ///
     /// # Errors

@@ -75,6 +75,26 @@ impl Patch {
     }
 }
 
+/// Step in depth, a share of it, between quads that overlap and face the lens: several
+/// units of a coordinate's last digit.
+const LEAST_STEP_IN_DEPTH: f64 = 5e-4;
+
+/// Whether two convex quads meet nowhere, or in an edge: a side of one divides them.
+fn apart(one: &[DVec2; 4], other: &[DVec2; 4]) -> bool {
+    let divided_by = |sides: &[DVec2; 4]| {
+        (0..4).any(|i| {
+            let across = (sides[(i + 1) % 4] - sides[i]).perp().normalize_or_zero();
+            let ends = |quad: &[DVec2; 4]| {
+                let along = quad.map(|p| p.dot(across));
+                (along.into_iter().fold(f64::INFINITY, f64::min), along.into_iter().fold(f64::NEG_INFINITY, f64::max))
+            };
+            let ((low, high), (other_low, other_high)) = (ends(one), ends(other));
+            high <= other_low + 1e-6 || other_high <= low + 1e-6
+        })
+    };
+    divided_by(one) || divided_by(other)
+}
+
 /// A scene in the making.
 pub struct Maker {
     /// The random numbers of this scene.
@@ -82,6 +102,8 @@ pub struct Maker {
     /// Size of the frame, px.
     pub size: DVec2,
     projection: Projection,
+    /// Corners, px, and depths, metres, of the quads so far that face the lens.
+    facing: Vec<([DVec2; 4], f64)>,
     spec: SceneSpec,
 }
 
@@ -101,7 +123,7 @@ impl Maker {
             quads: Vec::new(),
         };
         let projection = spec.camera().projection(size, 0);
-        Self { random, size: size.as_dvec2(), projection, spec }
+        Self { random, size: size.as_dvec2(), projection, facing: Vec::new(), spec }
     }
 
     /// Chooses K between two values, px, uniform in the logarithm.
@@ -139,6 +161,21 @@ impl Maker {
         rounded_to(depth_m.max(LEAST_DEPTH_PER_FOCUS * self.spec.focus_m), COORDINATE_DIGITS)
     }
 
+    /// That depth, or one just before it: two that overlap in one plane would be seen in no
+    /// certain order.
+    fn own_depth_m(&mut self, corners_px: &[DVec2; 4], depth_m: f64) -> f64 {
+        let taken = |depth_m: f64| {
+            let close = |other_m: f64| (other_m / depth_m - 1.0).abs() < 0.5 * LEAST_STEP_IN_DEPTH;
+            self.facing.iter().any(|(corners, other_m)| close(*other_m) && !apart(corners, corners_px))
+        };
+        let mut own_m = depth_m;
+        while taken(own_m) {
+            own_m = rounded_to(own_m * (1.0 - LEAST_STEP_IN_DEPTH), COORDINATE_DIGITS);
+        }
+        self.facing.push((*corners_px, own_m));
+        own_m
+    }
+
     fn corner_m(&self, at_px: DVec2, depth_m: f64) -> [f64; 3] {
         let slope = self.projection.view_direction(at_px);
         let metres = |slope: f64| rounded_to(slope * depth_m, COORDINATE_DIGITS);
@@ -156,11 +193,13 @@ impl Maker {
     }
 
     fn push(&mut self, patch: Patch, radiance: [f32; 3], pattern: Pattern, light: bool) {
-        let corner = |i: f64, j: f64| {
-            let at_px = patch.centre_px + patch.u_px * i + patch.v_px * j;
-            self.corner_m(at_px, self.depth_m(patch.coc_px + patch.du_coc_px * i + patch.dv_coc_px * j))
-        };
-        let corners_m = [corner(-1.0, -1.0), corner(1.0, -1.0), corner(1.0, 1.0), corner(-1.0, 1.0)];
+        let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+        let corners_px = corners.map(|(i, j)| patch.centre_px + patch.u_px * i + patch.v_px * j);
+        let mut depths_m = corners.map(|(i, j)| self.depth_m(patch.coc_px + patch.du_coc_px * i + patch.dv_coc_px * j));
+        if depths_m.iter().all(|depth_m| *depth_m == depths_m[0]) {
+            depths_m = [self.own_depth_m(&corners_px, depths_m[0]); 4];
+        }
+        let corners_m = [0, 1, 2, 3].map(|i| self.corner_m(corners_px[i], depths_m[i]));
         self.spec.quads.push(QuadSpec { corners_m, radiance, pattern, light });
     }
 

@@ -2,8 +2,8 @@
 //!
 //! A scene ([`SceneSpec`]) is plain data made by a [`Family`] from a seed. Every method is
 //! compared on it with accumulation, to which lens points are added until two halves of them
-//! agree ([`truth`]). What comes of many scenes is in [`Statistics`]. A scene that shows a
-//! fault can be made smaller ([`shrink`]).
+//! agree ([`truth()`]). What comes of many scenes is in [`Statistics`]. A scene that shows a
+//! fault can be made smaller ([`shrink()`]).
 //!
 //! A scene is opened by its name wherever the program opens one: `gauntlet:FAMILY:SEED`, or
 //! `gauntlet:SEED`, whose family is the one that comes with that number.
