@@ -123,6 +123,18 @@ fn copies_read_one_texel_a_pixel() {
 }
 
 #[test]
+fn more_reads_than_a_u32_holds_are_counted() {
+    let mut view = image_view(uvec2(20, 12), 3.0);
+    let mut frame = gpu().frame();
+    let reads = frame.count_texture_reads();
+    // A thread's first buffer is new and not cleared: it begins with what is written here.
+    let before = u64::from(u32::MAX) - 100;
+    gpu().queue().write_buffer(reads.raw(), 0, &before.to_le_bytes());
+    methods::copy_inner(&mut frame, &mut view);
+    assert_eq!(frame.read_buffer::<u64>(&reads), [before + 3 * 2 * 64]);
+}
+
+#[test]
 fn counting_changes_no_image() {
     let lens = common::lens(8.0, 1.0);
     for method in methods::all() {

@@ -63,6 +63,7 @@ fn db(a: &ColorImage, b: &ColorImage) -> f64 {
 #[test]
 fn methods_draw_in_the_hosts_encoder_what_they_draw_alone() {
     let (picture, lens) = (picture(), common::lens(9.0, 3.0));
+    let mut poor = Vec::new();
     for method in of_images() {
         let id = method.about().id;
         let wanted = alone(&*method, &picture);
@@ -79,11 +80,16 @@ fn methods_draw_in_the_hosts_encoder_what_they_draw_alone() {
             download(gpu(), &image)
         });
         // Assuming the worst of the depths costs time, and of methods that cut the range of
-        // depths into parts some quality: bins of `adaptive`, slabs of `multiview`.
-        let db = db(&first, &wanted);
-        assert!(db > 28.0, "{id}: {db:.1} dB with unknown depths");
+        // depths into parts some quality: bins of `adaptive`, slabs of `multiview`. `preblur`
+        // measures its blur by the greatest there is: until that is known it blurs too little.
+        let (db, least) = (db(&first, &wanted), if id == "preblur" { 18.0 } else { 28.0 });
+        println!("{id}: {db:.1} dB with unknown depths");
+        if db < least {
+            poor.push(format!("{id}: {db:.1} dB"));
+        }
         assert_eq!(second.pixels, wanted.pixels, "{id}: the depths have arrived");
     }
+    assert!(poor.is_empty(), "{poor:?}");
 }
 
 #[test]

@@ -101,7 +101,8 @@ impl Arena {
                 return Piece { buffer: chunk.buffer.clone(), offset: *offset };
             }
         }
-        let padded = bytes.len().next_multiple_of(16);
+        // At least one: an empty slice of a buffer is an error.
+        let padded = bytes.len().max(1).next_multiple_of(16);
         let room = |chunk: &Chunk| chunk.data.len().next_multiple_of(self.alignment) + padded <= chunk.capacity;
         if !self.chunks.last().is_some_and(room) {
             self.chunks.push(self.free.take(&self.device, padded));
