@@ -220,13 +220,16 @@ impl Buffer {
     }
 }
 
+/// Things that were given back, with the bytes of each.
+type Returned<V> = Vec<(V, u64)>;
+
 /// What is free of one kind, and how many bytes are in use.
 ///
 /// Things may be given back while the commands that use them wait to be submitted. Later
 /// commands of the same thread come after them on the queue and may overwrite them;
 /// another thread's may come before, so each thread is given only what it gave back itself.
 struct Shelf<K, V> {
-    free: Mutex<HashMap<(ThreadId, K), Vec<(V, u64)>>>,
+    free: Mutex<HashMap<(ThreadId, K), Returned<V>>>,
     live_bytes: AtomicU64,
     peak_bytes: AtomicU64,
 }

@@ -121,7 +121,7 @@ impl SpriteTable {
 
     /// The table of an aperture as `idf_sums`, kept while it is used.
     pub(super) fn texture_of(aperture: &Aperture, gpu: &Gpu) -> Texture {
-        (*gpu.memo().get(aperture, || IdfSums(Self::of(aperture).upload(gpu)))).0.clone()
+        gpu.memo().get(aperture, || IdfSums(Self::of(aperture).upload(gpu))).0.clone()
     }
 
     /// A texture of its own, not a pooled one: it is written before the frame's passes run,

@@ -67,7 +67,7 @@ impl Highlights {
             counts: counts(gpu, adaptive),
             lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
             emitters: gpu.scratch("emitters", EMITTER_BYTES * u64::from(searched.x) * u64::from(searched.y)),
-            aperture: (*gpu.memo().get(aperture, || AperturePicture(aperture_table(gpu, aperture)))).0.clone(),
+            aperture: gpu.memo().get(aperture, || AperturePicture(aperture_table(gpu, aperture))).0.clone(),
         };
         frame
             .pass(&SHADER, "find_emitters")
