@@ -48,6 +48,11 @@ pub struct Lens {
     pub aperture: Aperture,
 }
 
+/// To a ten thousandth, for people.
+fn rounded_mm(mm: f64) -> f64 {
+    (1e4 * mm).round() / 1e4
+}
+
 /// What makes a lens impossible: which value, and which bound it breaks.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum LensError {
@@ -77,8 +82,10 @@ pub enum LensError {
     },
     /// The focus distance does not exceed the focal length: no image forms.
     #[error(
-        "focus distance df = {focus_distance_mm:.4} mm does not exceed the focal length F = {focal_length_mm:.4} mm, \
-         so no image forms: move the focus farther or choose a shorter focal length"
+        "focus distance df = {} mm does not exceed the focal length F = {} mm, \
+         so no image forms: move the focus farther or choose a shorter focal length",
+        rounded_mm(*focus_distance_mm),
+        rounded_mm(*focal_length_mm)
     )]
     FocusInsideFocalLength {
         /// df, mm.

@@ -185,14 +185,14 @@ fn layers_sub_images_and_slabs() {
 #[test]
 fn tile_classes_say_what_was_skipped() {
     for (method, in_focus, blurred) in [
-        ("mipmap", "in focus: copied", "image and levels"),
+        ("mipmap", "in focus: copied", "levels alone: image skipped"),
         ("multiview", "in focus: copied, no rays", "traced"),
         ("adaptive", "in focus: copied", "traced"),
     ] {
         let class = Shown::of(method, "tile class: what was skipped", "tile class");
         assert_eq!(class.texture.size(), SIZE / 8, "{method}: a number for each tile of 8 px");
         assert_eq!(class.class_at(FOCUS), in_focus, "{method}");
-        // At the foreground's edge everything has to be done.
+        // At the foreground's edge, which is blurred by many pixels.
         let edge = (dvec2(0.75, 0.5), 0.0);
         assert_eq!(class.class_at(edge), blurred, "{method}");
     }

@@ -212,7 +212,7 @@ fn ask(p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
     let there = radii_at(met_at);
     let j = nearest_to(there, expected);
     if is_same(there[j], expected) {
-        return Hit(j, there[j], place_on_ray(p, v, there[j]), reads + 1u);
+        return Hit(j, there[j], met_at, reads + 1u);
     }
     return Hit(select(NO_HIT, layer, there.x <= expected), expected, at, reads + 1u);
 }

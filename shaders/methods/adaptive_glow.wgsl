@@ -11,6 +11,8 @@
 @group(0) @binding(3) var<storage, read> emitters: array<Emitter>;
 /// Density of lens points over the square of v from -2 to 2 lens radii, with mipmaps.
 @group(0) @binding(4) var aperture: texture_2d<f32>;
+/// For each inner tile the length of its list.
+@group(0) @binding(6) var<storage, read> listed_counts: array<u32>;
 @group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
 
 /// Density of any lens at `v`, averaged over the emitter.
@@ -31,8 +33,9 @@ const IN_FRONT_S = 0.5;
 
 /// What the tile's emitters bring to `p`, each through one ray.
 fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
-    let listed_count = min(count, highlights.capacity);
-    let start = (tile.y * adaptive.inner_tiles.x + tile.x) * highlights.capacity;
+    let index = tile.y * adaptive.inner_tiles.x + tile.x;
+    let listed_count = min(listed_counts[index], highlights.capacity);
+    let start = index * highlights.capacity;
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
@@ -53,7 +56,7 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         }
         sum += emitter.excess * (density / (emitter.s * emitter.s));
     }
-    // Those that did not fit in the list count as the mean of those that did.
+    // Those that are not listed count as the mean of those that are.
     return sum * (f32(count) / f32(max(listed_count, 1u)));
 }
 

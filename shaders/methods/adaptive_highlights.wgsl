@@ -14,10 +14,12 @@
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @group(0) @binding(4) var colors: texture_2d_array<f32>;
 @group(0) @binding(5) var depth: texture_2d_array<f32>;
-/// The number of emitters, then for each inner tile the length of its list.
+/// The number of emitters, then for each inner tile how many cover it.
 @group(0) @binding(6) var<storage, read_write> emitter_counts: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> emitter_lists: array<u32>;
 @group(0) @binding(8) var<storage, read_write> emitters: array<Emitter>;
+/// For each inner tile the length of its list.
+@group(0) @binding(9) var<storage, read_write> listed_counts: array<atomic<u32>>;
 
 const NO_CELL = 9u;
 
@@ -61,8 +63,8 @@ fn find_emitters(
         light_of[index] = light;
         cell_levels[index] = NO_CELL;
         if light.weight > 0.0 {
-            let finest = floor(log2(0.25 * abs(s_of(light)))) + select(0.0, STRETCHED_LEVELS, is_stretched);
-            let level = u32(clamp(finest, 0.0, 3.0));
+            let coarser = select(0.0, STRETCHED_LEVELS, is_stretched);
+            let level = u32(clamp(floor(log2(0.25 * abs(s_of(light)))) + coarser, coarser, 3.0));
             cell_levels[index] = level;
             atomicOr(&levels_seen[layer], 1u << level);
         }
@@ -146,23 +148,73 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
         return;
     }
     emitters[number] = emitter;
-    list(emitter, number);
+    let covered = covered_by(emitter);
+    let last_tile = vec2i(adaptive.inner_tiles) - 1;
+    for (var y = covered.first.y; y <= min(covered.last.y, last_tile.y); y++) {
+        for (var x = covered.first.x; x <= min(covered.last.x, last_tile.x); x++) {
+            atomicAdd(&emitter_counts[1u + u32(y) * adaptive.inner_tiles.x + u32(x)], 1u);
+        }
+    }
 }
 
-/// Adds the emitter to the inner tiles that its blur, or the reading of its texels, covers.
-fn list(emitter: Emitter, number: u32) {
+/// A rectangle of tiles; the last may lie beyond those of the inner frame.
+struct Covered {
+    first: vec2i,
+    last: vec2i,
+}
+
+/// The inner tiles that an emitter's blur, or the reading of its texels, covers.
+fn covered_by(emitter: Emitter) -> Covered {
     let reach = abs(emitter.s) * adaptive.lens_radius + 1.5 * side_of(emitter) + 1.0;
     let centre = emitter.at - f32(adaptive.overscan);
     let first = vec2i(floor((centre - reach) / f32(TILE)));
     let last = vec2i(floor((centre + reach) / f32(TILE)));
-    let from_tile = max(first, vec2i(0));
-    let to_tile = min(last, vec2i(adaptive.inner_tiles) - 1);
-    for (var y = from_tile.y; y <= to_tile.y; y++) {
-        for (var x = from_tile.x; x <= to_tile.x; x++) {
+    return Covered(max(first, vec2i(0)), last);
+}
+
+/// A number in [0, 1) for each emitter, by its place, as if drawn by chance: the hash PCG of Jarzynski
+/// and Olano, "Hash Functions for GPU Rendering" (JCGT 2020).
+fn rank_of(emitter: Emitter) -> f32 {
+    let at = vec2i(floor(16.0 * emitter.at));
+    return f32(pcg(bitcast<u32>(at.x) + pcg(bitcast<u32>(at.y))) >> 8u) / 16777216.0;
+}
+
+fn pcg(seed: u32) -> u32 {
+    let state = seed * 747796405u + 2891336453u;
+    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
+    return (word >> 22u) ^ word;
+}
+
+/// How full, of 1, lists are made of tiles with more emitters than fit: the number that is chosen by
+/// chance has a standard deviation of 22 at most, and a fifth of the capacity is five of those.
+const FILLED = 0.8;
+
+/// Invocations of `list_emitters` (src/methods/adaptive/highlights.rs).
+const LISTING = 4096u;
+
+/// Lists emitters by tile, after all are counted: where there are more than fit, a share by
+/// their places, so that the same are listed whichever comes first.
+@compute @workgroup_size(64)
+fn list_emitters(@builtin(global_invocation_id) id: vec3u) {
+    let count = min(atomicLoad(&emitter_counts[0]), arrayLength(&emitters));
+    for (var i = id.x; i < count; i += LISTING) {
+        list(emitters[i], i);
+    }
+}
+
+fn list(emitter: Emitter, number: u32) {
+    let covered = covered_by(emitter);
+    let last_tile = vec2i(adaptive.inner_tiles) - 1;
+    for (var y = covered.first.y; y <= min(covered.last.y, last_tile.y); y++) {
+        for (var x = covered.first.x; x <= min(covered.last.x, last_tile.x); x++) {
             let tile = u32(y) * adaptive.inner_tiles.x + u32(x);
-            let place = atomicAdd(&emitter_counts[1u + tile], 1u);
-            if place < highlights.capacity {
-                emitter_lists[tile * highlights.capacity + place] = number;
+            let count = atomicLoad(&emitter_counts[1u + tile]);
+            let share = FILLED * f32(highlights.capacity) / f32(max(count, 1u));
+            if count <= highlights.capacity || rank_of(emitter) < share {
+                let place = atomicAdd(&listed_counts[tile], 1u);
+                if place < highlights.capacity {
+                    emitter_lists[tile * highlights.capacity + place] = number;
+                }
             }
         }
     }

@@ -153,7 +153,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     let is_drawn = atomicLoad(&drawn) != 0u;
     let is_spread = atomicLoad(&spreading) != 0u;
     let is_blurred = atomicLoad(&blurred) != 0u;
-    for (var i = index; i < select(0u, AROUND * AROUND, is_drawn || is_spread); i += 64u) {
+    for (var i = index; i < select(0u, AROUND * AROUND, is_drawn | is_spread); i += 64u) {
         let p = clamp_to_image(corner + vec2i(vec2u(i % AROUND, i / AROUND)), size);
         colors[i] = vec4f(textureLoad(color, p, 0).rgb, 1.0);
         shares_out[i] = shares(cocs[i].y);
@@ -185,7 +185,7 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
         }
         sum += taken * colors[q];
     }
-    for (var i = 0u; i < select(0u, NEIGHBOURS, is_spread && sees_front); i++) {
+    for (var i = 0u; i < select(0u, NEIGHBOURS, is_spread & sees_front); i++) {
         let q = neighbour_of(centre, i);
         let c = cocs[q];
         let before = select(select(0.0, 1.0, c.x < 0.0), is_before(c.x, own_coc.x), in_front);

@@ -38,13 +38,15 @@ pub(super) struct Highlights {
     /// The number of emitters, then for each inner tile how many cover it.
     pub counts: Buffer,
     pub lists: Buffer,
+    /// For each inner tile the length of its list.
+    pub listed_counts: Buffer,
     pub emitters: Buffer,
     /// Density of lens points over the square of v from -2 to 2 lens radii.
     pub aperture: Texture,
 }
 
 impl Highlights {
-    /// Records the pass that finds the emitters of all layers.
+    /// Records the passes that find the emitters of all layers and list them by tile.
     pub fn find(
         frame: &mut Frame<'_>,
         aperture: &Aperture,
@@ -56,7 +58,13 @@ impl Highlights {
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
         // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
-        let searched = (UVec2::from(adaptive.tiles) + 2 * margin_tiles) * TILE_PX;
+        let searched_tiles = UVec2::from(adaptive.tiles) + 2 * margin_tiles;
+        // A pixel in the frame may be an emitter of its own; beyond it a tile has one of 8 px and
+        // four of 4 px at most. Of hidden layers there are few.
+        let outer = u64::from(adaptive.tiles[0]) * u64::from(adaptive.tiles[1]);
+        let stretched = u64::from(searched_tiles.x) * u64::from(searched_tiles.y) - outer;
+        let most_emitters = u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched;
+        let searched = searched_tiles * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {
                 capacity: CAPACITY,
@@ -65,8 +73,9 @@ impl Highlights {
                 margin_tiles,
             },
             counts: counts(gpu, adaptive),
+            listed_counts: counts(gpu, adaptive),
             lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
-            emitters: gpu.scratch("emitters", EMITTER_BYTES * u64::from(searched.x) * u64::from(searched.y)),
+            emitters: gpu.scratch("emitters", EMITTER_BYTES * most_emitters),
             aperture: gpu.memo().get(aperture, || AperturePicture(aperture_table(gpu, aperture))).0.clone(),
         };
         frame
@@ -77,12 +86,23 @@ impl Highlights {
             .texture("colors", &peeled.color)
             .texture("depth", &peeled.depth)
             .buffer("emitter_counts", &found.counts)
-            .buffer("emitter_lists", &found.lists)
             .buffer("emitters", &found.emitters)
             .dispatch(searched);
+        frame
+            .pass(&SHADER, "list_emitters")
+            .uniform("adaptive", adaptive)
+            .uniform("highlights", &found.uniform)
+            .buffer("emitter_counts", &found.counts)
+            .buffer("listed_counts", &found.listed_counts)
+            .buffer("emitter_lists", &found.lists)
+            .buffer("emitters", &found.emitters)
+            .dispatch_groups(LISTING / 64, 1, 1);
         found
     }
 }
+
+/// Invocations that list emitters, `LISTING` in the shader: they share out all emitters.
+const LISTING: u32 = 4096;
 
 /// Bytes of `Emitter` in `shaders/lib/emitters.wgsl`.
 const EMITTER_BYTES: u64 = 48;

@@ -98,6 +98,7 @@ impl Rays<'_> {
             .buffer("tiles", &self.tiles.dilated)
             .uniform("highlights", &highlights.uniform)
             .buffer("emitter_lists", &highlights.lists)
+            .buffer("listed_counts", &highlights.listed_counts)
             .buffer("emitters", &highlights.emitters)
             .texture("aperture", &highlights.aperture)
             .texture("radii", &self.tiles.radii)

@@ -26,9 +26,6 @@ const ODD_PYRAMID: &str = "a pyramid cannot be centred on an odd number of pixel
 const LAYERS: &str = "a pixel goes to the layer in front, at or behind another by a threshold on their CoCs, as the \
     paper has it: one that crosses it moves whole";
 
-const EMITTERS: &str = "what is brighter than 2 is brought by emitters, of which there are none beyond the border and \
-    576 a tile at most: large bright areas darken there";
-
 const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where the aperture is far narrower than its \
     CoC; and below 1e-4 of white the buckets' weighted colours lie under the least number that f16 has";
 
@@ -125,13 +122,6 @@ fn bright_and_dark_images() -> Vec<ImageCase> {
     ]
 }
 
-fn bright_walls() -> Vec<ImageCase> {
-    vec![
-        Combination::named("DPI = 1e6 px/mm", "all infinite", "beyond f16", uvec2(17, 11)).case(),
-        Combination::named("Gaussian", "all behind", "beyond f16", uvec2(100, 1)).case(),
-    ]
-}
-
 const fn odd_pyramid(method: &'static str) -> KnownLimit {
     KnownLimit { method, check: "mirror", applies: is_odd, witnesses: odd_images, reason: ODD_PYRAMID }
 }
@@ -183,12 +173,5 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         applies: |specimen| is_bright(specimen) || is_dark(specimen),
         witnesses: bright_and_dark_images,
         reason: BRIGHT_OR_DARK,
-    },
-    KnownLimit {
-        method: "adaptive",
-        check: "constancy",
-        applies: is_bright,
-        witnesses: bright_walls,
-        reason: EMITTERS,
     },
 ];
