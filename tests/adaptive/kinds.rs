@@ -45,7 +45,8 @@ fn lights_before_a_wall_of_nearly_their_blur_keep_their_light() {
     }
 }
 
-/// An image ends where its frame does; what it shows there goes on.
+/// An image ends where its frame does; what it shows there goes on. Cells of the stretched border
+/// are up to a radius wide, which a fortieth of the light shows.
 #[test]
 fn a_bright_band_is_as_bright_at_the_border_as_inside() {
     for upright in [false, true] {
@@ -56,7 +57,7 @@ fn a_bright_band_is_as_bright_at_the_border_as_inside() {
         let image = render(&Adaptive::default(), &mut view, &lens());
         let at = |along: u32| if upright { image.at(50, along).x } else { image.at(along, 32).x };
         for along in 0..if upright { SIZE.y } else { SIZE.x } {
-            assert!((at(along) - 6.0).abs() <= 0.12, "upright: {upright}, pixel {along}: {}", at(along));
+            assert!((at(along) - 6.0).abs() <= 0.15, "upright: {upright}, pixel {along}: {}", at(along));
         }
     }
 }

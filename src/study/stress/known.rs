@@ -26,6 +26,9 @@ const ODD_PYRAMID: &str = "a pyramid cannot be centred on an odd number of pixel
 const LAYERS: &str = "a pixel goes to the layer in front, at or behind another by a threshold on their CoCs, as the \
     paper has it: one that crosses it moves whole";
 
+const HIDDEN_EMITTERS: &str = "what is brighter than 2 is brought by emitters; an image has none where something nearer \
+    hides them, and what is left is not divided by its share as rays are";
+
 const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where the aperture is far narrower than its \
     CoC; and below 1e-4 of white the buckets' weighted colours lie under the least number that f16 has";
 
@@ -122,6 +125,10 @@ fn bright_and_dark_images() -> Vec<ImageCase> {
     ]
 }
 
+fn bright_steps() -> Vec<ImageCase> {
+    vec![Combination::named("strong blur", "checkerboard of near and far", "65504 everywhere", uvec2(13, 1)).case()]
+}
+
 const fn odd_pyramid(method: &'static str) -> KnownLimit {
     KnownLimit { method, check: "mirror", applies: is_odd, witnesses: odd_images, reason: ODD_PYRAMID }
 }
@@ -173,5 +180,12 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         applies: |specimen| is_bright(specimen) || is_dark(specimen),
         witnesses: bright_and_dark_images,
         reason: BRIGHT_OR_DARK,
+    },
+    KnownLimit {
+        method: "adaptive",
+        check: "constancy",
+        applies: |specimen| is_bright(specimen) && has_several_depths(specimen),
+        witnesses: bright_steps,
+        reason: HIDDEN_EMITTERS,
     },
 ];
