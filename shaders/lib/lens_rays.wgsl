@@ -5,9 +5,9 @@
 //     |_/_/__ x    whose s the texel under it holds
 //     |/ /
 
-// Rays ask the samples of the first layer where its outline lies: they are finer than the texels
-// of the layers. What is hidden behind them is asked of the layers. Colours are means over
-// the samples of a texel; near focus, where the picture is sharp, those of samples.
+// Rays look for the first layer in its samples, which are finer than the texels of the layers, and
+// for what those hide in the layers. Colours are means over the samples of a texel; near focus,
+// where the picture is sharp, they are those of samples.
 
 #import emitters
 #import layers

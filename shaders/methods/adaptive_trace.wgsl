@@ -34,8 +34,9 @@ var<private> layer_sum: f32;
 /// filter leaves of its noise.
 var<private> imbalance: vec3f;
 
-/// Standard deviation of a mean of independent values that the composite's filter leaves of a
-/// bucket: none for the sharp one; [1 2 1] / 4 and [1 2 2 2 1] / 8 on both axes.
+/// The share of independent noise, as a standard deviation, that the composite's filter leaves in a
+/// bucket: all in the sharp one, which is not filtered; else that of [1 2 1] / 4 or
+/// [1 2 2 2 1] / 8 on both axes.
 fn noise_left(bucket: u32) -> f32 {
     if bucket == SHARP {
         return 1.0;

@@ -182,15 +182,15 @@ fn groups(
 
 /// A shader of the program itself, without the counters that end every loop after a while.
 ///
-/// Those cost a fifth to a half of the time of passes with short loops. All other checks
-/// stay: reads and writes beyond textures, buffers and arrays are still defined.
-#[allow(unsafe_code)]
+/// On an H100 they took 12 % of the time of `adaptive` and 31 % of that of the former `mipmap`. All
+/// other checks stay: reads and writes beyond textures, buffers and arrays are still defined.
+#[allow(unsafe_code, reason = "wgpu leaves it to the caller that no loop is endless")]
 pub(crate) fn embedded_module(device: &wgpu::Device, label: &str, source: &str) -> wgpu::ShaderModule {
     let source = wgpu::ShaderSource::Wgsl(source.into());
     let descriptor = wgpu::ShaderModuleDescriptor { label: Some(label), source };
     let mut checks = wgpu::ShaderRuntimeChecks::checked();
     checks.force_loop_bounding = false;
-    // SAFETY: without loop bounding no loop may be endless. `tests/loops.rs` proves of every
+    // SAFETY: without loop bounding no loop may be endless. `tests/loops` proves of every
     // loop of every embedded shader that it ends; sources that a user loads are not made here.
     unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
