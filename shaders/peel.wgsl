@@ -117,7 +117,7 @@ fn mark_layer(@builtin(global_invocation_id) id: vec3u) {
     }
     let z = textureLoad(depth, id.xy, 0).r;
     // The background lies at z = 0 as nothing does, but has an alpha.
-    let empty = params.nearest == 0u && z <= 0.0 && textureLoad(color, id.xy, 0).a == 0.0;
+    let empty = params.nearest == 0u && textureLoad(color, id.xy, 0).a == 0.0;
     textureStore(marked, id.xy, vec4f(select(max(z, 0.0), -1.0, empty)));
     let tile = id.xy / params.tile;
     let shows = needed[tile.y * params.tiles_x + tile.x] != 0u;

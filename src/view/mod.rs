@@ -6,6 +6,7 @@
 //! and says clearly that it cannot answer the rest.
 
 mod fine;
+mod hidden;
 mod import;
 mod peel;
 mod pipelines;

@@ -2,7 +2,7 @@
 
 use super::fine::FineQuery;
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
-use super::{Layer, LayerQuery, LensUniform, View, ViewError};
+use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden};
 use crate::gpu::{Buffer, Frame, Texture, TextureKey};
 use crate::{shader, uniform};
 use glam::{DVec2, UVec2};
@@ -115,8 +115,8 @@ uniform! {
 }
 
 impl View {
-    /// The nearest layers; an image has one, of one texel a pixel. Kept until the view or
-    /// the order changes. Errors if the fine layers exceed the adapter's texture size.
+    /// The nearest layers; an image's have one texel a pixel, and what it hides is guessed
+    /// ([`super::hidden`]). Kept until the view or the order changes. Errors if the fine layers exceed the adapter's texture size.
     pub fn peeled(&mut self, frame: &mut Frame<'_>, order: &PeelOrder) -> Result<Peeled, ViewError> {
         let order = if self.is_scene() {
             let (count, fineness) = (order.count.max(1), order.fineness.max(1));
@@ -125,7 +125,7 @@ impl View {
             let fitting = most / (fineness * self.projection.outer_size().max_element());
             PeelOrder { count, fineness, draws: order.draws.min(fitting).clamp(1, MAX_DRAWS), ..*order }
         } else {
-            PeelOrder { count: 1, fineness: 1, draws: 1, ..*order }
+            PeelOrder { count: order.count.max(1), fineness: 1, draws: 1, ..*order }
         };
         if let Some(peeled) = self.peeled.as_ref().filter(|peeled| peeled.order == order) {
             frame.skip("layers unchanged");
@@ -164,8 +164,12 @@ impl View {
             copy_to_array_layer(frame, if index == 0 { &mean } else { &nearer.color }, &color, index);
             copy_to_array_layer(frame, &marked, &depth, index);
             if index + 1 < count {
-                let surfaces = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
-                nearer = self.fine_layer(frame, &format!("peel {}", index + 1), &FineQuery { surfaces, ..first })?;
+                nearer = if self.is_scene() {
+                    let surfaces = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
+                    self.fine_layer(frame, &format!("peel {}", index + 1), &FineQuery { surfaces, ..first })?
+                } else {
+                    hidden::behind(frame, &nearer, &below, separation.z)
+                };
             }
         }
         reduce(frame, &color, outer);

@@ -286,7 +286,7 @@ impl Adaptive {
         let lens = view.lens_uniform(lens);
         let separation = LayerSeparation::of(&lens);
         let mut order = PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation };
-        if view.is_scene() && 0.5 * lens.slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
+        if 0.5 * lens.slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
             frame.skip("nothing hidden shows: no layers");
             order = PeelOrder { count: 1, fineness: 1, ..order };
         }
@@ -365,7 +365,7 @@ const FILTERED_FROM_PX: [[f32; 2]; 4] = [[2.0, 5.0], [3.0, 12.0], [4.0, 12.0], [
 
 fn grid(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, peeled: &Peeled) -> TileGrid {
     let [near_px, mut far_px] = view.coc_bounds_px(frame, lens);
-    if peeled.layers > 1 {
+    if peeled.layers > 1 && view.is_scene() {
         // Hidden surfaces may lie at any distance behind the visible ones.
         far_px = lens.coc().k_px.min(GREATEST_COC_PX);
     }
