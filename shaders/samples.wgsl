@@ -4,32 +4,27 @@
 #import emitters
 
 struct Sampling {
-    /// Texels a pixel on each side.
-    fineness: u32,
-    /// Reciprocal of the number of samples a pixel, those of all draws.
-    share: f32,
-    /// How far the samples are moved, px.
-    shift: vec2f,
-    /// Outer frame, px.
-    size: vec2u,
+    /// Samples a pixel, and a texel of the layer, on each side.
+    samples_a_side: u32,
+    samples_a_texel: u32,
     /// Stored depth within which a sample shows the texel's own surface.
     same_z: f32,
     /// 1: what is over the limit is left to the lights.
     limited: u32,
+    /// Outer frame, px.
+    size: vec2u,
 }
+
+/// Most samples a texel, and a pixel, on each side.
+const MOST_A_TEXEL = 4u;
+const MOST_A_SIDE = 12u;
 
 @group(0) @binding(0) var<uniform> sampling: Sampling;
 @group(0) @binding(1) var color: texture_2d<f32>;
 @group(0) @binding(2) var depth: texture_2d<f32>;
 @group(0) @binding(3) var<storage, read_write> lights: array<Light>;
-/// Stored depth of the layer.
-@group(0) @binding(4) var own_depth: texture_2d<f32>;
-/// Mean so far, and in alpha the number of samples that made it over 16.
-@group(0) @binding(5) var mean: texture_2d<f32>;
-@group(0) @binding(6) var next_mean: texture_storage_2d<rgba16float, write>;
-
-/// One over the greatest number of draws.
-const COUNT_SCALE = 1.0 / 16.0;
+@group(0) @binding(4) var own_depth: texture_storage_2d<r32float, write>;
+@group(0) @binding(5) var mean: texture_storage_2d<rgba16float, write>;
 
 fn sampled_color(texel: vec2u) -> vec3f {
     let radiance = textureLoad(color, texel, 0).rgb;
@@ -37,38 +32,42 @@ fn sampled_color(texel: vec2u) -> vec3f {
 }
 
 @compute @workgroup_size(8, 8)
-fn first_sample(@builtin(global_invocation_id) id: vec3u) {
-    if all(id.xy < textureDimensions(color)) {
-        textureStore(next_mean, id.xy, vec4f(sampled_color(id.xy), COUNT_SCALE));
-    }
-}
-
-@compute @workgroup_size(8, 8)
-fn add_sample(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(color)) {
+fn mean_of_samples(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(mean)) {
         return;
     }
-    var sum = textureLoad(mean, id.xy, 0);
-    if abs(textureLoad(depth, id.xy, 0).r - textureLoad(own_depth, id.xy, 0).r) <= sampling.same_z {
-        sum.a += COUNT_SCALE;
-        sum = vec4f(mix(sum.rgb, sampled_color(id.xy), COUNT_SCALE / sum.a), sum.a);
+    let side = min(sampling.samples_a_texel, MOST_A_TEXEL);
+    let first = id.xy * side;
+    let own = textureLoad(depth, first, 0).r;
+    var sum = vec3f(0.0);
+    var count = 0.0;
+    for (var y = 0u; y < side; y++) {
+        for (var x = 0u; x < side; x++) {
+            let texel = first + vec2u(x, y);
+            if abs(textureLoad(depth, texel, 0).r - own) <= sampling.same_z {
+                sum += sampled_color(texel);
+                count += 1.0;
+            }
+        }
     }
-    textureStore(next_mean, id.xy, sum);
+    textureStore(mean, id.xy, vec4f(sum / max(count, 1.0), 1.0));
+    textureStore(own_depth, id.xy, vec4f(own));
 }
 
 @compute @workgroup_size(8, 8)
-fn add_lights(@builtin(global_invocation_id) id: vec3u) {
+fn find_lights(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= sampling.size) {
         return;
     }
-    let k = sampling.fineness;
-    var light = lights[id.y * sampling.size.x + id.x];
-    for (var i = 0u; i < k * k; i++) {
-        let part = vec2u(i % k, i / k);
-        let texel = k * id.xy + part;
-        let radiance = textureLoad(color, texel, 0).rgb;
-        let offset = vec2f(part) / f32(k) + sampling.shift;
-        light = with_sample(light, radiance, textureLoad(depth, texel, 0).r, offset, sampling.share);
+    let side = min(sampling.samples_a_side, MOST_A_SIDE);
+    let share = 1.0 / f32(side * side);
+    var light = Light();
+    for (var y = 0u; y < side; y++) {
+        for (var x = 0u; x < side; x++) {
+            let texel = side * id.xy + vec2u(x, y);
+            let radiance = textureLoad(color, texel, 0).rgb;
+            light = with_sample(light, radiance, textureLoad(depth, texel, 0).r, vec2f(vec2u(x, y)) / f32(side), share);
+        }
     }
     lights[id.y * sampling.size.x + id.x] = light;
 }

@@ -17,9 +17,12 @@ struct View {
     /// Fragments whose stored depth z lies outside [z_far, z_near] are not in the layer.
     z_near: f32,
     z_far: f32,
-    /// Texels of `below` a pixel on each side, and which of them counts.
-    below_texels: u32,
+    /// Texels of the targets a pixel on each side.
+    texels_a_side: f32,
+    /// Which of the texels of `below` under a texel of the targets counts, and how many there are
+    /// on each side.
     below_part: vec2u,
+    below_texels: u32,
 }
 
 struct Material {
@@ -41,6 +44,8 @@ struct Material {
 override TEXTURES: u32 = 15u;
 /// Whether surfaces show their base colour, whatever the light.
 override UNLIT: bool = false;
+/// Whether the targets have several texels a pixel.
+override FINE: bool = false;
 
 const BASE_COLOR = 0u;
 const METALLIC_ROUGHNESS = 1u;
@@ -129,10 +134,17 @@ const WIDEST_FOOTPRINT = 16.0;
 /// pixels may be infinite, and so is then the loop of an anisotropic filter in software.
 /// The coarse derivatives are one for all pixels of a quad: it is dropped as a whole.
 fn sample(image: texture_2d<f32>, filtering: sampler, uv: vec2f) -> vec4f {
-    let footprint = fwidthCoarse(uv);
+    let right = dpdxCoarse(uv);
+    let down = dpdyCoarse(uv);
+    let footprint = view.texels_a_side * (abs(right) + abs(down));
     let filtered = all(footprint < vec2f(WIDEST_FOOTPRINT));
     let safe = select(vec2f(0.5), uv, filtered);
     let mean = textureLoad(image, vec2i(0), textureNumLevels(image) - 1);
+    if FINE {
+        let over_x = select(vec2f(0.0), view.texels_a_side * right, filtered);
+        let over_y = select(vec2f(0.0), view.texels_a_side * down, filtered);
+        return select(mean, textureSampleGrad(image, filtering, safe, over_x, over_y), filtered);
+    }
     return select(mean, textureSample(image, filtering, safe), filtered);
 }
 

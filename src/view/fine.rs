@@ -1,15 +1,14 @@
 //! Layers with several texels a pixel on each side.
 //!
 //! Lens rays end between the centres of pixels. What is there is drawn as a view from off
-//! the lens's centre would draw it: at the size of the pinhole image, moved by parts of a
-//! pixel, one draw for each texel of a pixel. One draw at the finer size would read textures
-//! over smaller footprints, and make another picture of them.
+//! the lens's centre would draw it: textures are read over the footprint of a pixel, not over
+//! that of a texel, or it would be another picture of them.
 
 use super::pipelines::{COLOR, STORED_DEPTH};
 use super::raster::Shot;
 use super::{Layer, LayerQuery, Source, View, ViewError, check_size};
 use crate::camera::Projection;
-use crate::gpu::Frame;
+use crate::gpu::{Frame, Gpu};
 use crate::lens::Lens;
 use crate::{shader, uniform};
 use glam::{DVec2, Mat4, UVec2};
@@ -17,47 +16,65 @@ use glam::{DVec2, Mat4, UVec2};
 const SHADER: crate::gpu::Shader = shader!("fine");
 
 uniform! {
-    struct Weave {
-        fineness: u32,
+    struct Interleave {
+        texels_a_side: u32,
         _pad: u32,
         part: [u32; 2],
     }
 }
 
-/// What a fine layer is to show.
-#[derive(Clone, Copy)]
-pub(super) struct FineQuery<'a> {
-    /// Texels a pixel on each side: texel `fineness * i` is the sample at the centre of
-    /// pixel i if nothing is moved.
-    pub fineness: u32,
-    /// How far all samples are moved to the right and down, px.
-    pub shift_px: DVec2,
-    /// Which surfaces; `below` is of the fine size.
-    pub surfaces: LayerQuery<'a>,
+/// How layers of several texels a pixel are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FineDrawing {
+    /// In one draw of the layer's size, with derivatives of texture coordinates as large as those
+    /// over pixels: what hardware is best at.
+    AtOnce,
+    /// In one draw of the pinhole's size for each texel of a pixel. llvmpipe filters
+    /// anisotropically over the derivatives that it finds itself, whatever a shader says
+    /// (Mesa 22.3, `lp_build_pmin`), and so draws other pictures at once.
+    Interleaved,
+}
+
+impl FineDrawing {
+    /// What is right on the adapter.
+    pub fn of(gpu: &Gpu) -> Self {
+        if gpu.is_software() { Self::Interleaved } else { Self::AtOnce }
+    }
 }
 
 impl View {
-    /// A layer of `fineness` texels a pixel on each side. Errors if it exceeds the adapter's
-    /// texture size, and for more than the pinhole image of an image.
+    /// A layer of `texels_a_side` texels a pixel on each side: texel `texels_a_side * i` is the
+    /// sample at the centre of pixel i, and `below` has as many. Errors if it exceeds the
+    /// adapter's texture size, and for more than the pinhole image of an image.
     pub(super) fn fine_layer(
         &mut self,
         frame: &mut Frame<'_>,
         label: &str,
-        query: &FineQuery<'_>,
+        texels_a_side: u32,
+        surfaces: LayerQuery<'_>,
     ) -> Result<Layer, ViewError> {
-        let fineness = query.fineness;
-        if fineness == 1 {
-            return self.fine_part(frame, label, query, UVec2::ZERO);
+        if texels_a_side == 1 && surfaces.is_nearest() {
+            return Ok(self.pinhole(frame));
         }
         let Projection { size, overscan_px, .. } = self.projection;
-        check_size(frame.gpu(), size * fineness, overscan_px * fineness)?;
-        let layer = empty(frame, self.projection.outer_size() * fineness);
-        for index in 0..fineness * fineness {
-            let part = UVec2::new(index % fineness, index / fineness);
-            let drawn = self.fine_part(frame, label, query, part)?;
-            weave(frame, &drawn, &layer, part);
+        check_size(frame.gpu(), size * texels_a_side, overscan_px * texels_a_side)?;
+        match self.fine_drawing.unwrap_or(FineDrawing::of(frame.gpu())) {
+            FineDrawing::AtOnce => {
+                // Of the texels of a pixel the first has its centre at the pixel's.
+                let shift_px = DVec2::splat(0.5 - 0.5 / f64::from(texels_a_side));
+                let shot = Shot { texels_a_side, ..self.moved_shot(surfaces, shift_px) };
+                Ok(self.scene_source()?.draw(frame, label, &shot))
+            }
+            FineDrawing::Interleaved => {
+                let layer = empty(frame, self.projection.outer_size() * texels_a_side);
+                for index in 0..texels_a_side * texels_a_side {
+                    let part = UVec2::new(index % texels_a_side, index / texels_a_side);
+                    let drawn = self.fine_part(frame, label, texels_a_side, part, surfaces)?;
+                    interleave(frame, &drawn, &layer, part);
+                }
+                Ok(layer)
+            }
         }
-        Ok(layer)
     }
 
     /// One texel of each pixel.
@@ -65,23 +82,27 @@ impl View {
         &mut self,
         frame: &mut Frame<'_>,
         label: &str,
-        query: &FineQuery<'_>,
+        texels_a_side: u32,
         part: UVec2,
+        surfaces: LayerQuery<'_>,
     ) -> Result<Layer, ViewError> {
-        let shift_px = query.shift_px + part.as_dvec2() / f64::from(query.fineness);
-        if query.surfaces.is_nearest() && shift_px == DVec2::ZERO {
+        if surfaces.is_nearest() && part == UVec2::ZERO {
             return Ok(self.pinhole(frame));
         }
-        let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("hidden surfaces")) };
-        let shot = Shot {
-            projection: &self.projection,
-            clip_from_view: moved(&self.projection, shift_px),
-            shading_eye_m: DVec2::ZERO,
-            query: query.surfaces,
-            below_texels: query.fineness,
-            below_part: part,
-        };
-        Ok(source.draw(frame, label, &shot))
+        let shift_px = part.as_dvec2() / f64::from(texels_a_side);
+        let shot = Shot { below_texels: texels_a_side, below_part: part, ..self.moved_shot(surfaces, shift_px) };
+        Ok(self.scene_source()?.draw(frame, label, &shot))
+    }
+
+    fn scene_source(&self) -> Result<&super::raster::SceneSource, ViewError> {
+        match &self.source {
+            Source::Scene(source) => Ok(source),
+            Source::Image(_) => Err(ViewError::ImageHasNo("hidden surfaces")),
+        }
+    }
+
+    fn moved_shot<'a>(&'a self, surfaces: LayerQuery<'a>, shift_px: DVec2) -> Shot<'a> {
+        Shot::new(&self.projection, moved(&self.projection, shift_px), DVec2::ZERO, surfaces)
     }
 }
 
@@ -92,11 +113,11 @@ pub(super) fn empty(frame: &mut Frame<'_>, size: UVec2) -> Layer {
 
 /// Puts `drawn` into `layer`, which has some texels for each of its: into the one that
 /// `part` counts to from the left and from above.
-pub(super) fn weave(frame: &mut Frame<'_>, drawn: &Layer, layer: &Layer, part: UVec2) {
-    let fineness = layer.color.size().x / drawn.color.size().x;
+fn interleave(frame: &mut Frame<'_>, drawn: &Layer, layer: &Layer, part: UVec2) {
+    let texels_a_side = layer.color.size().x / drawn.color.size().x;
     frame
-        .pass(&SHADER, "weave")
-        .uniform("weaving", &Weave { fineness, part: part.to_array(), ..Default::default() })
+        .pass(&SHADER, "interleave")
+        .uniform("interleaving", &Interleave { texels_a_side, part: part.to_array(), ..Default::default() })
         .texture("color", &drawn.color)
         .texture("depth", &drawn.depth)
         .texture("fine_color", &layer.color)

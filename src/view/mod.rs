@@ -15,6 +15,7 @@ mod samples;
 mod summary;
 mod upload;
 
+pub use fine::FineDrawing;
 pub use import::{DepthConvention, ForeignFrame};
 pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
@@ -148,6 +149,7 @@ pub struct View {
     summary: Known,
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
+    fine_drawing: Option<FineDrawing>,
     kept: HashMap<TypeId, Box<dyn Any + Send + Sync>>,
 }
 
@@ -204,6 +206,7 @@ impl View {
             summary: Known::default(),
             depth_m: None,
             repaired: Repaired::Counted(0),
+            fine_drawing: None,
             kept: HashMap::new(),
         }
     }
@@ -252,6 +255,12 @@ impl View {
             self.peeled = None;
             self.kept.clear();
         }
+    }
+
+    /// Draws layers of several texels a pixel in that way, not as the adapter does best.
+    pub fn set_fine_drawing(&mut self, drawing: FineDrawing) {
+        self.fine_drawing = Some(drawing);
+        self.peeled = None;
     }
 
     fn forget(&mut self) {

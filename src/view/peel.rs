@@ -1,11 +1,10 @@
 //! Layers of surfaces, peeled front to back as the pinhole sees them.
 
-use super::fine::FineQuery;
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
 use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden};
 use crate::gpu::{Buffer, Frame, Texture, TextureKey};
 use crate::{shader, uniform};
-use glam::{DVec2, UVec2};
+use glam::UVec2;
 
 const SHADER: crate::gpu::Shader = shader!("peel");
 
@@ -132,12 +131,10 @@ impl View {
             return Ok(peeled.clone());
         }
         let PeelOrder { count, fineness, draws, separation } = order;
-        let first = FineQuery { fineness, shift_px: DVec2::ZERO, surfaces: LayerQuery::NEAREST };
-        let mut nearer = self.fine_layer(frame, "fine layer", &first)?;
         // Means over surfaces a pixel of s apart would blur the outline of one as much as the
         // other: half of that is what reads tell apart.
         let samples = Samples { fineness, draws, same_z: 0.5 * separation.z };
-        let outer = nearer.color.size();
+        let outer = self.projection.outer_size() * fineness;
         let params = PeelParams::new(outer, fineness, separation);
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
         let (half, float) = (wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::R32Float);
@@ -147,7 +144,8 @@ impl View {
         let color = gpu.texture_of("layer colours", key);
         let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
         let depth = gpu.texture_of("layer depths", key);
-        let Sampled { mean, samples: all_samples, lights } = self.sampled(frame, &nearer, &samples)?;
+        let Sampled { mean, depth: first_depth, samples: all_samples, lights } = self.sampled(frame, &samples)?;
+        let mut nearer = Layer { color: mean, depth: first_depth };
         let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
             let marked = frame.texture("marked depth", outer, float);
@@ -161,12 +159,12 @@ impl View {
                 .texture("below", &below)
                 .buffer("needed", &needed)
                 .dispatch(outer);
-            copy_to_array_layer(frame, if index == 0 { &mean } else { &nearer.color }, &color, index);
+            copy_to_array_layer(frame, &nearer.color, &color, index);
             copy_to_array_layer(frame, &marked, &depth, index);
             if index + 1 < count {
                 nearer = if self.is_scene() {
                     let surfaces = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
-                    self.fine_layer(frame, &format!("peel {}", index + 1), &FineQuery { surfaces, ..first })?
+                    self.fine_layer(frame, &format!("peel {}", index + 1), fineness, surfaces)?
                 } else {
                     hidden::behind(frame, &nearer, &below, separation.z)
                 };

@@ -19,8 +19,10 @@ uniform! {
         pub shading_eye: [f32; 3],
         pub z_near: f32,
         pub z_far: f32,
-        pub below_texels: u32,
+        pub texels_a_side: f32,
         pub below_part: [u32; 2],
+        pub below_texels: u32,
+        pub _pad: [u32; 3],
     }
 }
 
@@ -100,12 +102,14 @@ pub(super) struct Variant {
     pub textures: u32,
     /// Whether surfaces show their base colour, whatever the light.
     pub unlit: bool,
+    /// Whether it is drawn with several texels a pixel.
+    pub fine: bool,
 }
 
 impl Variant {
     /// Values of the shader's constants.
-    fn constants(self) -> [(&'static str, f64); 2] {
-        [("TEXTURES", self.textures.into()), ("UNLIT", self.unlit.into())]
+    fn constants(self) -> [(&'static str, f64); 3] {
+        [("TEXTURES", self.textures.into()), ("UNLIT", self.unlit.into()), ("FINE", self.fine.into())]
     }
 }
 

@@ -1,7 +1,7 @@
 //! Drawing layers of a scene.
 
 use super::pipelines::{
-    COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, ViewUniform,
+    COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, Variant, ViewUniform,
 };
 use super::upload::{DrawItem, GpuScene};
 use super::{Layer, LayerQuery, Shading, SurfaceLayer};
@@ -29,20 +29,31 @@ pub(super) struct Shot<'a> {
     /// Lens position that shading looks from, metres in view space.
     pub shading_eye_m: DVec2,
     pub query: LayerQuery<'a>,
-    /// Texels of `query.below` a pixel on each side, and which of them limits this shot.
+    /// Texels of the targets a pixel on each side; textures are read over a pixel's footprint.
+    pub texels_a_side: u32,
+    /// Texels of `query.below` a texel of the targets on each side, and which of them limits this
+    /// shot.
     pub below_texels: u32,
     pub below_part: UVec2,
 }
 
 impl<'a> Shot<'a> {
-    /// A shot of pixels that `query.below` has a texel each for.
+    /// A shot with a texel a pixel.
     pub(super) fn new(
         projection: &'a Projection,
         clip_from_view: Mat4,
         shading_eye_m: DVec2,
         query: LayerQuery<'a>,
     ) -> Self {
-        Self { projection, clip_from_view, shading_eye_m, query, below_texels: 1, below_part: UVec2::ZERO }
+        Self {
+            projection,
+            clip_from_view,
+            shading_eye_m,
+            query,
+            texels_a_side: 1,
+            below_texels: 1,
+            below_part: UVec2::ZERO,
+        }
     }
 }
 
@@ -68,7 +79,7 @@ impl SceneSource {
 
     /// Draws one layer as seen in `shot`.
     pub(super) fn draw(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> Layer {
-        let size = shot.projection.outer_size();
+        let size = shot.projection.outer_size() * shot.texels_a_side;
         let layer = Layer {
             color: frame.texture("layer colour", size, COLOR),
             depth: frame.texture("layer depth", size, STORED_DEPTH),
@@ -80,7 +91,7 @@ impl SceneSource {
 
     /// Draws what the surfaces of one layer are made of.
     pub(super) fn draw_surfaces(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> SurfaceLayer {
-        let size = shot.projection.outer_size();
+        let size = shot.projection.outer_size() * shot.texels_a_side;
         let layer = SurfaceLayer {
             emitted: frame.texture("layer emission", size, COLOR),
             depth: frame.texture("layer depth", size, STORED_DEPTH),
@@ -136,7 +147,8 @@ impl SceneSource {
         let mut first = 0;
         for VisibleItem { item, instances } in &visible {
             let end = first + instances.len() as u32;
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(item.variant)));
+            let variant = Variant { fine: shot.texels_a_side > 1, ..item.variant };
+            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(variant)));
             pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
             pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
             first = end;
@@ -186,8 +198,10 @@ impl SceneSource {
             shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),
             z_near: shot.query.z_near,
             z_far: shot.query.z_far,
-            below_texels: shot.below_texels,
+            texels_a_side: shot.texels_a_side as f32,
             below_part: shot.below_part.to_array(),
+            below_texels: shot.below_texels,
+            ..Default::default()
         }
     }
 

@@ -144,6 +144,7 @@ fn draws(scene: &Scene, ranges: &[MeshRange], options: SurfaceOptions) -> Vec<Dr
                 mirrored,
                 textures: uses.map(|(slot, used)| u32::from(used.is_some()) << slot).sum(),
                 unlit: material.unlit || options.unlit,
+                fine: false,
             };
             items.push(DrawItem { variant, material: mesh.material, indices, base_vertex, instances: Vec::new() });
             items.len() - 1
