@@ -1,10 +1,10 @@
 //! What the fuzz targets and the smoke run in the tests feed bytes to. Each entry panics if
 //! the program does not keep its word, and returns whether it accepted the input.
 
-use defocus::app;
 use defocus::presets::LensPreset;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::scene::{gltf as loader, rgbd};
+use defocus_app::window;
 use std::path::Path;
 
 /// An error is for one line on a terminal.
@@ -103,7 +103,7 @@ pub fn state(data: &[u8]) -> bool {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("fuzzed.ron");
     std::fs::write(&file, data).expect("the temporary folder can be written");
-    let document = match app::read_state(&file) {
+    let document = match window::read_state(&file) {
         Ok(document) => document,
         Err(error) => {
             one_line(&error);

@@ -18,12 +18,12 @@
 //! | set a lens, and read off its circles of confusion | [`lens::Lens`], [`presets`] |
 //! | load a glTF scene, or a photograph with a depth map | [`scene::gltf`], [`scene::rgbd`] |
 //! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ForeignFrame`] |
-//! | compare with the truth | [`study::compare`], [`metrics`], [`raytrace`] |
-//! | find out what a method cannot bear | [`study::stress`] |
-//! | look for scenes that a method gets wrong | [`study::gauntlet`] |
+//! | trace rays through a lens | [`raytrace`] |
 //! | write a method | [`methods`], [`gpu`] |
 //!
-//! Everything but `app` (the window) builds without the feature `app`.
+//! Two crates stand on this one and are not imported here: `defocus-study` (`crates/study`)
+//! compares methods with the truth, looks for what they cannot bear and has the built-in
+//! scenes; `defocus-app` (`crates/app`) is the program with its window and command line.
 //!
 //! # Conventions, the same in every file
 //!
@@ -43,9 +43,8 @@
 //! - Names carry space and unit: `view_from_world`, `coc_diameter_px`, `focus_distance_m`.
 
 pub mod aperture;
-#[cfg(feature = "app")]
-pub mod app;
 pub mod camera;
+pub mod colormap;
 pub mod combine;
 pub mod display;
 pub mod focus;
@@ -55,11 +54,9 @@ pub mod image;
 pub mod image_io;
 pub mod lens;
 pub mod methods;
-pub mod metrics;
 pub mod present;
 pub mod presets;
 pub mod raytrace;
 pub mod scene;
 pub mod stereo;
-pub mod study;
 pub mod view;

@@ -3,10 +3,10 @@
 //!
 //! The formulas are those of [`crate::display`], which a test holds them to.
 
+use crate::colormap::ColorMap;
 use crate::display::{Display, ToneMap};
 use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
 use crate::lens::Lens;
-use crate::metrics::colormap::ColorMap;
 use crate::view::View;
 use crate::{shader, uniform};
 use std::sync::Arc;
@@ -96,7 +96,7 @@ pub enum Map {
     Diverging,
     /// Viridis.
     Sequential,
-    /// Magma, as for the error maps of [`crate::metrics`].
+    /// Magma, as for error maps of metrics.
     Error,
 }
 

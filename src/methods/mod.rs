@@ -57,7 +57,7 @@
 //!
 //! A closed aperture or an image in focus gives the pinhole image; a constant colour stays
 //! where a method averages; mirrored input gives mirrored output; nothing finite becomes NaN
-//! or infinite. `tests/invariants.rs` and [`crate::study::stress`] iterate over [`all`], so
+//! or infinite. `crates/study/tests/invariants.rs` and the stress runs of `defocus-study` iterate over [`all`], so
 //! that a method added later cannot escape them.
 //!
 //! # Adding one

@@ -1,7 +1,6 @@
 //! Scenes: what there is to look at, in plain data, read by the rasteriser and by the
 //! ray tracer alike.
 
-pub mod builtin;
 pub mod error;
 pub mod gltf;
 pub mod rgbd;

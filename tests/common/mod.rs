@@ -2,9 +2,6 @@
 
 #![allow(dead_code, reason = "every test binary compiles this module and uses its own part of it")]
 
-#[cfg(feature = "app")]
-pub mod window;
-
 use defocus::camera::Camera;
 use defocus::lens::Lens;
 use defocus::scene::{Instance, Material, Mesh, Scene, TextureImage, TextureUse, Vertex, Wrap};

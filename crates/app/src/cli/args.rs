@@ -1,0 +1,337 @@
+//! The commands and which options each takes.
+
+use super::bench::{parse_shard, parse_table};
+use super::options::{
+    CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_size,
+};
+use super::stereo::StereoOptions;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use defocus_study::bench::{PaperTable, Shard};
+use glam::UVec2;
+use std::path::PathBuf;
+
+/// A depth-of-field instrument: published real-time methods beside a reference, what they
+/// cost and how far they are from the truth.
+#[derive(Debug, Parser)]
+#[command(name = "defocus", version, args_conflicts_with_subcommands = true, max_term_width = 110)]
+pub struct Cli {
+    /// What to do; without a command the window opens
+    #[command(subcommand)]
+    pub command: Option<Command>,
+    /// What to show in the window: a built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth
+    pub scene: Option<String>,
+    /// Graphics adapter for the window, by a part of its name
+    #[arg(long, value_name = "NAME")]
+    pub adapter: Option<String>,
+    /// Saves the whole window as a PNG once the picture is there, and ends
+    #[arg(long, value_name = "FILE")]
+    pub screenshot: Option<PathBuf>,
+}
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Render one image with one method
+    Render(Box<RenderArgs>),
+    /// Compare methods with a reference: a table, and images with a report
+    Compare(Box<CompareArgs>),
+    /// Metrics of two images of the same size
+    Diff(DiffArgs),
+    /// Run time against error over methods, scenes, sizes and blurs; the papers' tables
+    Bench(Box<BenchArgs>),
+    /// Where the time goes on this adapter: methods, their passes, what they draw and hold
+    Profile(Box<ProfileArgs>),
+    /// Numerical stability: every method under extreme conditions, the first bad pixel named
+    Stress(StressArgs),
+    /// Random scenes against the reference: where each method is worst, and how bad
+    Gauntlet(GauntletArgs),
+    /// List the methods with their parameters
+    Methods(ListArgs),
+    /// List the built-in scenes
+    Scenes(ListArgs),
+    /// List the lens presets
+    Lenses(ListArgs),
+    /// List the graphics adapters of this machine
+    Adapters(ListArgs),
+}
+
+/// `defocus render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub lens: LensOptions,
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// The method, as `defocus methods` lists them; also `raytrace`, the reference on the CPU
+    #[arg(long, value_name = "ID", default_value = "mipmap")]
+    pub method: String,
+    /// Lens points of accumulation and raytrace [default: the method's own; 1024 for raytrace]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: Option<u32>,
+    /// The image to write: .png as a display shows it, .exr linear with depth Z and CoC C
+    #[arg(short, long, value_name = "FILE", required_unless_present_any = ["json", "inside"])]
+    pub output: Option<PathBuf>,
+    /// Folder for the textures that the method makes on its way, an image each, with their scales
+    #[arg(long, value_name = "DIR", conflicts_with = "layout")]
+    pub inside: Option<PathBuf>,
+    #[command(flatten)]
+    pub stereo: StereoOptions,
+    #[command(flatten)]
+    pub display: DisplayOptions,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus compare`.
+#[derive(Debug, Args)]
+pub struct CompareArgs {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub lens: LensOptions,
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// The truth to compare with: accumulation, raytrace or any other method [default:
+    /// accumulation; none for an image with depth]
+    #[arg(long, value_name = "ID")]
+    pub reference: Option<String>,
+    /// Lens points of the reference
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: u32,
+    /// Timed runs of each method
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: u32,
+    /// Runs of each method before the timed ones
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub warmup: u32,
+    /// Folder for the images, the report and the numbers
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub cache: CacheOptions,
+    #[command(flatten)]
+    pub display: DisplayOptions,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus bench`.
+#[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub struct BenchArgs {
+    /// What to do instead of measuring
+    #[command(subcommand)]
+    pub action: Option<BenchAction>,
+    /// Reproduce a paper's table: tvcg-fig14, tvcg-table1, pg-table1, siga-table1 or grapp
+    #[arg(long, value_name = "NAME", value_parser = parse_table, conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "settings", "sweeps"])]
+    pub table: Option<PaperTable>,
+    /// Fewer and smaller images, fewer runs; a table stops after 4 minutes
+    #[arg(long)]
+    pub quick: bool,
+    /// The methods, separated by commas, or all [default: all but pinhole]
+    #[arg(long, value_name = "A,B|all")]
+    pub methods: Option<String>,
+    /// Set a parameter of a method in all its variants (repeatable)
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Try these values of a parameter instead of those that its method suggests (repeatable)
+    #[arg(long = "sweep", value_name = "[ID.]KEY=VALUE,...")]
+    pub sweeps: Vec<String>,
+    /// Built-in scenes or files, separated by commas, or all [default: all; quick: cans,atrium]
+    #[arg(long, value_name = "A,B|all")]
+    pub scenes: Option<String>,
+    /// Image sizes, px [default: 512x384,1024x768,1920x1080,3840x2160; quick: 256x192]
+    #[arg(long, value_name = "WxH,...", value_delimiter = ',', value_parser = parse_size)]
+    pub sizes: Vec<UVec2>,
+    /// Mean CoC diameters, px [default: 4,8,16,32,64,128; quick: 4,16,64]
+    #[arg(long = "coc", value_name = "PX,...", value_delimiter = ',')]
+    pub cocs: Vec<f64>,
+    /// Lens points of the reference [default: 1024; quick: 64]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: Option<u32>,
+    /// Timed runs of each variant [default: 9; quick: 3]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: Option<u32>,
+    /// Runs of each variant before the timed ones [default: 1]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(0..=10_000))]
+    pub warmup: Option<u32>,
+    /// Draw the scene anew for each run, as while the camera moves
+    #[arg(long)]
+    pub redraw: bool,
+    /// Also count the texture reads of each variant, in a run that is not timed
+    #[arg(long)]
+    pub count_reads: bool,
+    /// Stop after this time; the same command later goes on
+    #[arg(long, value_name = "MINUTES")]
+    pub budget: Option<f64>,
+    /// Measure part I of N; put the parts together with `defocus bench merge`
+    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    pub shard: Option<Shard>,
+    /// Folder for results and report; one that holds a part of them is continued
+    #[arg(short, long, value_name = "DIR", default_value = "out/bench")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub cache: CacheOptions,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// What else `defocus bench` does.
+#[derive(Debug, Subcommand)]
+pub enum BenchAction {
+    /// Put the folders of several shards together
+    Merge(MergeArgs),
+}
+
+/// `defocus bench merge`.
+#[derive(Debug, Args)]
+pub struct MergeArgs {
+    /// The folders
+    #[arg(required = true, value_name = "DIR")]
+    pub parts: Vec<PathBuf>,
+    /// Folder for the whole
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+}
+
+/// What changes between the frames of `defocus profile`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum WhileName {
+    /// Nothing
+    Still,
+    /// The focus distance, by a hundredth
+    Lens,
+    /// The camera: the scene is drawn anew
+    Camera,
+}
+
+/// `defocus profile`.
+#[derive(Debug, Args)]
+pub struct ProfileArgs {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub lens: LensOptions,
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// Mean CoC diameters, px, one after another [default: the lens as it is]
+    #[arg(long = "coc", value_name = "PX,...", value_delimiter = ',', conflicts_with_all = ["mean_coc", "aperture_diameter_mm"])]
+    pub cocs: Vec<f64>,
+    /// What changes from frame to frame
+    #[arg(long = "while", value_name = "WHAT", value_enum, default_value_t = WhileName::Still)]
+    pub during: WhileName,
+    /// Frames of each kind: timed one by one, recorded, and back to back
+    #[arg(long, value_name = "N", default_value_t = 15, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: u32,
+    /// Fewer frames where those of one kind take longer than this
+    #[arg(long, value_name = "S", default_value_t = 10.0)]
+    pub seconds: f64,
+    /// Also count texture reads, in a frame that is not timed
+    #[arg(long)]
+    pub count_reads: bool,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus diff`.
+#[derive(Debug, Args)]
+pub struct DiffArgs {
+    /// The image to judge
+    pub image: PathBuf,
+    /// The image to judge it by
+    pub reference: PathBuf,
+    #[command(flatten)]
+    pub display: DisplayOptions,
+    #[command(flatten)]
+    pub json: JsonOption,
+}
+
+/// A part of `defocus stress`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum StressPart {
+    /// Every method under every condition
+    Cases,
+    /// What f16 intermediates cost against f32
+    F16,
+    /// Memory over a thousand frames
+    Soak,
+}
+
+/// `defocus stress`.
+#[derive(Debug, Args)]
+pub struct StressArgs {
+    /// Every pair of conditions instead of every triple, and a small scene for f16 against f32
+    #[arg(long)]
+    pub quick: bool,
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// Seed of the random cases
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// One part alone [default: all three]
+    #[arg(long, value_name = "PART")]
+    pub only: Option<StressPart>,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus gauntlet`.
+#[derive(Debug, Args)]
+pub struct GauntletArgs {
+    /// 100 scenes unless --scenes says otherwise
+    #[arg(long)]
+    pub quick: bool,
+    /// Seed of the scenes
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Number of scenes [default: 1000; quick: 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1_000_000))]
+    pub scenes: Option<u64>,
+    /// Scenes of this family only [default: all families in turn; --families lists them]
+    #[arg(long, value_name = "NAME")]
+    pub family: Option<String>,
+    /// List the families and end
+    #[arg(long)]
+    pub families: bool,
+    /// The methods, separated by commas, or all [default: all but pinhole and accumulation]
+    #[arg(long, value_name = "A,B|all")]
+    pub methods: Option<String>,
+    /// Set a parameter of a method (repeatable), as `defocus methods` lists them
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Size of the scenes' frames, px
+    #[arg(long, value_name = "WxH", default_value = "128x96", value_parser = parse_size)]
+    pub size: UVec2,
+    /// Make the worst scenes of adaptive (or of the first method) as small as still shows what is wrong
+    #[arg(long)]
+    pub shrink: bool,
+    /// End with an error if a method is worse on a family than it is known to be
+    #[arg(long)]
+    pub check: bool,
+    /// Print what --check is to compare with from now on: the scenes of --seed, and as many as --scenes
+    /// says of the next seed
+    #[arg(long, conflicts_with_all = ["check", "family", "shrink"])]
+    pub print_bounds: bool,
+    /// Folder for what --shrink finds, a file each
+    #[arg(short, long, value_name = "DIR", default_value = "out/gauntlet")]
+    pub output: PathBuf,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// The listing commands.
+#[derive(Clone, Copy, Debug, Args)]
+pub struct ListArgs {
+    /// As JSON
+    #[arg(long)]
+    pub json: bool,
+}

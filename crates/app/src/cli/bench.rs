@@ -1,0 +1,231 @@
+//! `defocus bench`: run time against error, and the papers' tables.
+
+use super::args::{BenchAction, BenchArgs, MergeArgs};
+use super::output::{check_json, command_line, is_stdout, print, write_json};
+use super::progress::{Bar, catch_interrupts, check_interrupt};
+use super::select;
+use anyhow::{Context, ensure};
+use comfy_table::{ContentArrangement, Table, presets};
+use defocus::gpu::Gpu;
+use defocus::methods::Method;
+use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
+use defocus_study::bench::report::{self, ReportInput};
+use defocus_study::bench::tables::{self, Claim, Comparison};
+use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, PaperTable, Plan, Shard, Store};
+use defocus_study::builtin;
+use glam::UVec2;
+use serde::Serialize;
+use std::time::{Duration, Instant};
+
+/// Minutes after which a quick table stops, unless --budget says otherwise: with drawing up
+/// the report that stays under five.
+const QUICK_BUDGET_MINUTES: f64 = 4.0;
+
+/// What `--quick` leaves out of a table, for its report.
+const TABLE_CAPS: &str = "Quick: small images, few lens points for the reference or none, few runs, nothing that takes minutes by itself, at most 4 minutes (--budget says otherwise). Without --quick the table is measured at the paper's size.";
+
+/// What `--quick` leaves out of a sweep, for its report.
+const SWEEP_CAPS: &str = "Quick: images of 256x192, cans and atrium, mean CoCs of 4, 16 and 64 px, 64 lens points for the reference and 3 runs, where nothing else was asked for.";
+
+/// Runs the command.
+pub fn run(args: &BenchArgs) -> anyhow::Result<()> {
+    match &args.action {
+        Some(BenchAction::Merge(merge)) => run_merge(merge),
+        None => run_bench(args),
+    }
+}
+
+fn run_bench(args: &BenchArgs) -> anyhow::Result<()> {
+    catch_interrupts()?;
+    check_json(args.run.json.json.as_ref())?;
+    if let Some(minutes) = args.budget {
+        ensure!(minutes > 0.0 && minutes.is_finite(), "--budget is {minutes} minutes; give a finite number above 0");
+    }
+    let plan = plan(args)?;
+    let store = Store::open(&args.output, &plan)?;
+    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let cache = args.cache.cache();
+    let shard = args.shard.unwrap_or(Shard::WHOLE);
+    let minutes = args.budget.or((args.quick && args.table.is_some()).then_some(QUICK_BUDGET_MINUTES));
+    let deadline = minutes.map(|minutes| Instant::now() + Duration::from_secs_f64(60.0 * minutes));
+    let bench = BenchRun { plan: &plan, shard, store: &store, cache: cache.as_ref(), deadline };
+    let bar = Bar::new(args.run.quiet);
+    let outcome = bench.run(&gpu, &mut |step| bar.step(step))?;
+    drop(bar);
+    check_interrupt()?;
+    if let Some(problem) = &outcome.cache_problem {
+        eprintln!("defocus: references are not kept for the next time: {problem}");
+    }
+    let caps = match (args.quick, args.table) {
+        (true, Some(_)) => TABLE_CAPS,
+        (true, None) => SWEEP_CAPS,
+        (false, _) => "",
+    };
+    let results = store.results(&plan)?;
+    let table = args.table.map(|table| table.compared(&results));
+    write_report(&store, &results, table.as_ref(), caps)?;
+    finish(args, &results, table.as_ref(), &outcome)
+}
+
+fn run_merge(args: &MergeArgs) -> anyhow::Result<()> {
+    let (store, plan) = Store::merge(&args.parts, &args.output)?;
+    let results = store.results(&plan)?;
+    let table = tables::ALL.iter().map(|(_, table)| *table);
+    let table = table.into_iter().find(|t| t.plan(false) == plan || t.plan(true) == plan).map(|t| t.compared(&results));
+    write_report(&store, &results, table.as_ref(), "")?;
+    let (done, wanted) = (results.cells.len(), results.cells_wanted);
+    print(&format!("{done} of {wanted} cells; see {}", args.output.join("report.html").display()))
+}
+
+/// What there is to measure.
+fn plan(args: &BenchArgs) -> anyhow::Result<Plan> {
+    let plan = match args.table {
+        Some(table) => table.plan(args.quick),
+        None => sweep(args)?,
+    };
+    Ok(Plan {
+        runs: args.runs.unwrap_or(plan.runs),
+        warmup: args.warmup.unwrap_or(plan.warmup),
+        reference_samples: args.samples.or(plan.reference_samples),
+        redraw: args.redraw || plan.redraw,
+        count_reads: args.count_reads || plan.count_reads,
+        ..plan
+    })
+}
+
+fn sweep(args: &BenchArgs) -> anyhow::Result<Plan> {
+    let quick = args.quick;
+    let mut methods = select::methods(args.methods.as_deref().unwrap_or("all"))?;
+    // A copy of the input says nothing about time or error that the copy does not say.
+    if args.methods.is_none() {
+        methods.retain(|m| m.about().id != "pinhole");
+    }
+    select::apply(&args.settings, &mut methods)?;
+    let scenes = match (&args.scenes, quick) {
+        (Some(list), _) if list == "all" => all_scenes(),
+        (Some(list), _) => list.split(',').map(|scene| scene.trim().to_owned()).collect(),
+        (None, true) => vec!["cans".into(), "atrium".into()],
+        (None, false) => all_scenes(),
+    };
+    let sizes = match (args.sizes.is_empty(), quick) {
+        (false, _) => args.sizes.iter().map(UVec2::to_array).collect(),
+        (true, true) => vec![[256, 192]],
+        (true, false) => vec![[512, 384], [1024, 768], [1920, 1080], [3840, 2160]],
+    };
+    let cocs_px = match (args.cocs.is_empty(), quick) {
+        (false, _) => args.cocs.clone(),
+        (true, true) => vec![4.0, 16.0, 64.0],
+        (true, false) => MEAN_COCS_PX.to_vec(),
+    };
+    for px in &cocs_px {
+        ensure!(px.is_finite() && *px > 0.0, "--coc {px}: give CoC diameters in px, finite and above 0");
+    }
+    Ok(Plan {
+        scenes,
+        sizes,
+        blurs: cocs_px.into_iter().map(Blur::MeanCocPx).collect(),
+        variants: sweep_variants(args, &methods)?,
+        reference_samples: Some(if quick { 64 } else { 1024 }),
+        reference_only_at: None,
+        warmup: 1,
+        runs: if quick { 3 } else { 9 },
+        redraw: false,
+        count_reads: false,
+        error_maps: true,
+    })
+}
+
+fn sweep_variants(args: &BenchArgs, methods: &[Box<dyn Method>]) -> anyhow::Result<Vec<defocus_study::bench::Variant>> {
+    let trades = args.sweeps.iter().map(|text| trade(text)).collect::<Result<Vec<_>, _>>()?;
+    Ok(variants(methods, &trades)?)
+}
+
+fn trade(text: &str) -> anyhow::Result<Trade> {
+    let example = "give [ID.]KEY=VALUE,VALUE,..., such as multiview.samples=16,64";
+    let (name, values) = text.split_once('=').with_context(|| format!("--sweep {text}: {example}"))?;
+    let (method, key) = name.split_once('.').map_or((None, name), |(id, key)| (Some(id.to_owned()), key));
+    let values = values.split(',').map(|value| value.trim().to_owned()).collect();
+    Ok(Trade { method, key: key.into(), values })
+}
+
+fn all_scenes() -> Vec<String> {
+    builtin::all().iter().map(|scene| scene.name.to_owned()).collect()
+}
+
+#[derive(Serialize)]
+struct BenchJson<'a> {
+    #[serde(flatten)]
+    results: &'a BenchResults,
+    table: Option<&'a Comparison>,
+}
+
+fn write_report(store: &Store, results: &BenchResults, table: Option<&Comparison>, caps: &str) -> anyhow::Result<()> {
+    let command = command_line();
+    let html =
+        report::html(&ReportInput { results, table, caps, command: &command }).context("cannot make the report")?;
+    store.write("results.json", &serde_json::to_vec_pretty(&BenchJson { results, table })?)?;
+    store.write("results.csv", &results.csv().context("cannot make the CSV file")?)?;
+    store.write("report.html", html.as_bytes())?;
+    Ok(())
+}
+
+fn finish(
+    args: &BenchArgs,
+    results: &BenchResults,
+    table: Option<&Comparison>,
+    outcome: &BenchOutcome,
+) -> anyhow::Result<()> {
+    write_json(args.run.json.json.as_ref(), &BenchJson { results, table })?;
+    if args.run.quiet || is_stdout(args.run.json.json.as_ref()) {
+        return Ok(());
+    }
+    if let Some(table) = table {
+        print(&shown(table))?;
+    }
+    let BenchOutcome { measured, found, left, .. } = outcome;
+    let mut summary = format!("{measured} cells measured");
+    if *found > 0 {
+        summary += &format!(", {found} found from before");
+    }
+    if *left > 0 {
+        summary += &format!(", {left} left for want of time: run the command again to go on");
+    }
+    print(&format!("{summary}; see {}", args.output.join("report.html").display()))
+}
+
+/// A paper's table beside its measurement, for a terminal.
+fn shown(comparison: &Comparison) -> String {
+    let mut grid = styled();
+    grid.set_header(&comparison.columns).add_rows(&comparison.rows);
+    let mut claims = styled();
+    claims.set_header(["paper", "measured", "agrees"]);
+    let verdict = |claim: &Claim| match claim.holds {
+        Some(true) => "yes".to_owned(),
+        Some(false) => format!("no. {}", claim.reason),
+        None => "not measured".to_owned(),
+    };
+    claims.add_rows(comparison.claims.iter().map(|c| [c.paper.clone(), c.measured.clone(), verdict(c)]));
+    let notes = comparison.notes.join("\n");
+    format!("{}\n{}\n{grid}\n{claims}\n{notes}", comparison.title, comparison.setting)
+}
+
+fn styled() -> Table {
+    let mut table = Table::new();
+    table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
+    table
+}
+
+/// The table called `name`, for the option's parser.
+pub fn parse_table(name: &str) -> Result<PaperTable, String> {
+    let known = || tables::ALL.map(|(name, _)| name).join(", ");
+    let found = tables::ALL.iter().find(|(known, _)| *known == name);
+    found.map(|(_, table)| *table).ok_or_else(|| format!("there are {}", known()))
+}
+
+/// A shard such as 2/8, for the option's parser.
+pub fn parse_shard(text: &str) -> Result<Shard, String> {
+    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+    let (number, of) = parts.ok_or("give a part of several, such as 2/8")?;
+    let shard = Shard { number, of };
+    if (1..=of).contains(&number) { Ok(shard) } else { Err(format!("parts are counted from 1 to {of}")) }
+}

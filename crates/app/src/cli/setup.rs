@@ -1,0 +1,286 @@
+//! From options to a view and a lens.
+
+use super::options::{
+    DepthKindName, DisplayOptions, FieldOfView, LensOptions, LightName, Overscan, SceneOptions, ShadingName,
+    ViewOptions,
+};
+use anyhow::{Context, ensure};
+use defocus::camera::Camera;
+use defocus::display::Display;
+use defocus::gpu::Gpu;
+use defocus::image::DepthImage;
+use defocus::lens::{Lens, MM_PER_M};
+use defocus::methods;
+use defocus::presets;
+use defocus::scene::gltf::Lighting;
+use defocus::scene::rgbd::{DepthEncoding, DepthKind};
+use defocus::stereo::Layout;
+use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use defocus_study::builtin;
+use defocus_study::meter::exposure_ev;
+use defocus_study::results::Setting;
+use defocus_study::source::{default_focus_m, visibly_open};
+use defocus_study::{DepthArgs, GpuSource, Source};
+use glam::UVec2;
+
+/// All that images are made with.
+pub struct Setup {
+    /// The source on the GPU.
+    pub source: GpuSource,
+    /// The camera's name.
+    pub camera: String,
+    /// The view, its overscan set.
+    pub view: View,
+    /// The lens, checked.
+    pub lens: Lens,
+    /// How colours are shown.
+    pub display: Display,
+    metered: Option<String>,
+}
+
+/// What makes a setup.
+pub struct SetupOptions<'a> {
+    pub scene: &'a SceneOptions,
+    pub lens: &'a LensOptions,
+    pub view: &'a ViewOptions,
+    pub display: &'a DisplayOptions,
+    pub adapter: Option<&'a str>,
+    /// Whether textures are mipmapped.
+    pub mipmaps: bool,
+    /// How two eyes' images share one, where there are two.
+    pub stereo: Option<Layout>,
+}
+
+impl Setup {
+    /// Checks the options, cheapest first, opens source and adapter, and sets the lens.
+    pub fn new(options: &SetupOptions<'_>) -> anyhow::Result<Self> {
+        check_fov(options.view.fov)?;
+        let depth_args = depth_args(options.scene, options.view.fov)?;
+        let parts = lens_parts(options.lens)?;
+        let spec = &options.scene.scene;
+        let source = Source::open(spec, &depth_args)?.lit(lighting(options.view.light));
+        let camera = source.camera_index(&options.view.camera)?;
+        check_overscan(options.view.overscan, &source)?;
+
+        let gpu = Gpu::open(options.adapter)?;
+        let surfaces = SurfaceOptions { unlit: options.view.shading == ShadingName::Unlit, mipmaps: options.mipmaps };
+        let uploaded = source.upload(&gpu, surfaces);
+        let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));
+        let size = options.stereo.map_or(size, |layout| layout.eye_size(size));
+        let mut view = uploaded.view(camera, size, 0, fov_y(options.view.fov, &parts, size))?;
+        if let Some(pose) = options.view.pose {
+            let camera = view
+                .camera()
+                .copied()
+                .context("--pose moves the camera of a scene, and an image with depth has none: leave out --pose")?;
+            view.set_camera(Camera { position: pose.position, orientation: pose.orientation, ..camera });
+        }
+        let depth = view.depth_m(&gpu);
+        let lens = focused_and_open(options.lens, parts, &depth, &source)?;
+        let overscan = match options.view.overscan {
+            Overscan::Auto => auto_overscan(&source, &lens, &depth),
+            Overscan::Pixels(px) => px,
+        };
+        if source.is_scene() {
+            view.set_size(&gpu, size, overscan)?;
+        }
+        let camera = source.cameras()[camera].to_owned();
+        let display = options.display.display();
+        let mut setup = Self { source: uploaded, camera, view, lens, display, metered: None };
+        // What shows its base colours alone has no light to be too strong or too weak.
+        let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
+        let is_unlit = options.view.shading == ShadingName::Unlit;
+        if options.display.exposure.is_none() && is_lit && !is_unlit && builtin::builtin(spec).is_none() {
+            setup.meter()?;
+        }
+        Ok(setup)
+    }
+
+    /// Exposes a scene that would be white or black by its pinhole image.
+    fn meter(&mut self) -> anyhow::Result<()> {
+        let (gpu, pinhole) = (self.gpu(), methods::by_id("pinhole")?);
+        let seen = defocus_study::render(&gpu, &mut self.view, &self.lens, pinhole.as_ref())?.color;
+        if let Some(ev) = exposure_ev(&seen, &self.view.depth_m(&gpu)) {
+            self.display.exposure_ev = ev;
+            self.metered =
+                Some(format!("exposure: {ev:+.1} EV, metered from the pinhole image (--exposure 0 for none)"));
+        }
+        Ok(())
+    }
+
+    /// The GPU.
+    pub fn gpu(&self) -> Gpu {
+        self.source.gpu().clone()
+    }
+
+    /// The depth of the inner frame, metres.
+    pub fn depth_m(&mut self) -> std::sync::Arc<DepthImage> {
+        self.view.depth_m(&self.gpu())
+    }
+
+    /// What goes to the head of every result.
+    pub fn setting(&mut self) -> Setting {
+        let depth = self.depth_m();
+        let coc = self.lens.coc_statistics(depth.pixels.iter().copied());
+        let source = self.source.source();
+        let setting = Setting::new(self.source.gpu(), source.name(), &self.camera, self.view.size(), &self.lens, coc);
+        Setting { notes: self.notes(), ..setting }
+    }
+
+    /// What was approximated, left out or filled in, one sentence each.
+    pub fn notes(&self) -> Vec<String> {
+        self.source.source().notes().iter().chain(&self.metered).cloned().collect()
+    }
+}
+
+fn lighting(light: LightName) -> Lighting {
+    match light {
+        LightName::Auto => Lighting::Auto,
+        LightName::File => Lighting::File,
+        LightName::Studio => Lighting::Studio,
+    }
+}
+
+fn depth_args(options: &SceneOptions, fov: FieldOfView) -> anyhow::Result<DepthArgs> {
+    use DepthKindName::{Device, Dioptres, Disparity, Distance, Inverse, Metres, Relative};
+    let kind = options.depth_kind;
+    let (takes_range, takes_calibration) = (matches!(kind, Inverse | Relative | Device), kind == Disparity);
+    ensure!(
+        takes_range || options.depth_range.is_none(),
+        "--depth-range goes with --depth-kind inverse, relative or device; the other kinds take --depth-scale"
+    );
+    ensure!(
+        !takes_range || options.depth_scale.is_none(),
+        "--depth-scale goes with --depth-kind metres, distance, dioptres or disparity; the others take --depth-range NEAR,FAR"
+    );
+    ensure!(
+        takes_calibration || options.depth_calibration.is_none(),
+        "--depth-calibration goes with --depth-kind disparity"
+    );
+    let range = || {
+        options.depth_range.context(
+            "--depth-kind inverse, relative and device need the depths that they lie between: give --depth-range NEAR,FAR",
+        )
+    };
+    let per_unit = options.depth_scale.unwrap_or(1.0);
+    let kind = match kind {
+        Metres => DepthKind::Metres { per_unit },
+        Distance => DepthKind::Distance { per_unit },
+        Dioptres => DepthKind::Dioptres { per_unit },
+        Inverse => DepthKind::Inverse { near_m: range()?.near_m, far_m: range()?.far_m },
+        Relative => DepthKind::Relative { near_m: range()?.near_m, far_m: range()?.far_m },
+        Device => DepthKind::Device { near_m: range()?.near_m, far_m: range()?.far_m },
+        Disparity => {
+            let given = options.depth_calibration.context(
+                "--depth-kind disparity needs the cameras: give --depth-calibration FOCAL_PX,BASELINE_M[,OFFSET_PX]",
+            )?;
+            let (focal_px, baseline_m, offset_px) = (given.focal_px, given.baseline_m, given.offset_px);
+            DepthKind::Disparity { focal_px, baseline_m, offset_px, per_unit }
+        }
+    };
+    let encoding = DepthEncoding { kind, unknown: options.depth_unknown, infinity: options.depth_infinity };
+    encoding.check()?;
+    let fov_y = match fov {
+        FieldOfView::Degrees(degrees) => Some(degrees.to_radians()),
+        FieldOfView::Camera | FieldOfView::Display => None,
+    };
+    let (layer, depth_layer) = (options.layer.clone(), options.depth_layer.clone());
+    Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y })
+}
+
+/// The lens without focus and, unless given, with a closed aperture; all other parts checked.
+fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
+    let preset = presets::preset(options.lens.as_deref().unwrap_or("projection"))?.lens;
+    let given_diameter_mm = options.aperture_diameter_mm.or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
+    let lens = overridden(options, Lens { aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0), ..preset });
+    let unfocused = options.focus.is_none();
+    Lens { focus_distance_m: if unfocused { f64::INFINITY } else { lens.focus_distance_m }, ..lens.clone() }.check()?;
+    if let Some(px) = options.mean_coc {
+        ensure!(px.is_finite() && px >= 0.0, "--mean-coc is {px} px; give a finite number of 0 or more");
+    }
+    Ok(lens)
+}
+
+/// `lens` with what the options say in place of its own.
+fn overridden(options: &LensOptions, lens: Lens) -> Lens {
+    Lens {
+        aperture_diameter_mm: options.aperture_diameter_mm.unwrap_or(lens.aperture_diameter_mm),
+        focal_length_mm: options.focal_length_mm.unwrap_or(lens.focal_length_mm),
+        image_distance_mm: options.image_distance_mm.unwrap_or(lens.image_distance_mm),
+        screen_distance_mm: options.screen_distance_mm.unwrap_or(lens.screen_distance_mm),
+        density_px_per_mm: options.density_px_per_mm.unwrap_or(lens.density_px_per_mm),
+        focus_distance_m: options.focus.unwrap_or(lens.focus_distance_m),
+        aperture: options.aperture.clone().unwrap_or(lens.aperture),
+    }
+}
+
+/// The margin that a source is made for, with the lens that it is made for; else what the
+/// greatest CoC in view asks for.
+fn auto_overscan(source: &Source, lens: &Lens, depth: &DepthImage) -> u32 {
+    let made_for = source.made_for().filter(|made_for| made_for.lens_at(depth.size.y) == *lens);
+    made_for.map_or_else(|| auto_overscan_px(lens, depth), |made_for| made_for.overscan_px_at(depth.size.y))
+}
+
+fn focused_and_open(options: &LensOptions, parts: Lens, depth: &DepthImage, source: &Source) -> anyhow::Result<Lens> {
+    // Only a lens that nobody chose is focused and opened by what is in view.
+    let made_for = source.made_for().filter(|_| options.lens.is_none());
+    let free = options.lens.is_none() && made_for.is_none();
+    let mut lens = made_for.map_or(parts, |made_for| overridden(options, made_for.lens_at(depth.size.y)));
+    if let Some(at) = options.focus_at {
+        lens.focus_distance_m = depth_under(depth, at)?;
+    } else if options.focus.is_none() && free {
+        lens.focus_distance_m = default_focus_m(depth, source.focus_hint_m()).unwrap_or(lens.focus_distance_m);
+        if options.focal_length_mm.is_none() {
+            // A scene a few centimetres wide is nearer than an eye's focal length.
+            lens.focal_length_mm = lens.focal_length_mm.min(0.5 * lens.focus_distance_m * MM_PER_M);
+        }
+    }
+    if let Some(px) = options.mean_coc {
+        lens = lens.with_mean_coc(px, depth.pixels.iter().copied()).context(
+            "--mean-coc: all of the image lies at the focus distance, so that no aperture blurs it; choose another --focus",
+        )?;
+    } else if options.aperture_diameter_mm.is_none() && free {
+        lens = visibly_open(lens, depth);
+    }
+    lens.check()?;
+    Ok(lens)
+}
+
+fn depth_under(depth: &DepthImage, at: UVec2) -> anyhow::Result<f64> {
+    ensure!(
+        at.cmplt(depth.size).all(),
+        "--focus-at {},{} lies outside the image of {}x{} px; count from 0 at the top left",
+        at.x,
+        at.y,
+        depth.size.x,
+        depth.size.y
+    );
+    Ok(f64::from(depth.at(at.x, at.y)))
+}
+
+fn check_fov(fov: FieldOfView) -> anyhow::Result<()> {
+    if let FieldOfView::Degrees(degrees) = fov {
+        ensure!(degrees > 0.0 && degrees < 180.0, "--fov is {degrees} degrees; give more than 0 and less than 180");
+    }
+    Ok(())
+}
+
+fn check_overscan(overscan: Overscan, source: &Source) -> anyhow::Result<()> {
+    ensure!(
+        source.is_scene() || matches!(overscan, Overscan::Auto | Overscan::Pixels(0)),
+        "an image with depth ends at its border and has no overscan; leave out --overscan or set it to 0"
+    );
+    Ok(())
+}
+
+/// The full vertical field of view, radians, that replaces the camera's.
+fn fov_y(fov: FieldOfView, lens: &Lens, size: UVec2) -> Option<f64> {
+    match fov {
+        FieldOfView::Camera => None,
+        FieldOfView::Degrees(degrees) => Some(degrees.to_radians()),
+        FieldOfView::Display => {
+            let tan_half_x = (0.5 * lens.display_fov_x(size.x)).tan();
+            Some(2.0 * (tan_half_x * f64::from(size.y) / f64::from(size.x)).atan())
+        }
+    }
+}

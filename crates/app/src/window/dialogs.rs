@@ -1,0 +1,348 @@
+//! Asking for a file: a field for its name, which works on every machine, with the
+//! system's own dialog behind a button.
+
+use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
+use super::document::{Document, PaneId};
+use super::panels::Field;
+use super::saving::PictureKind;
+use super::state;
+use super::widgets::{self, choice};
+use defocus::scene::rgbd::{DepthEncoding, DepthKind};
+use defocus_study::DepthArgs;
+use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
+use std::path::{Path, PathBuf};
+
+/// Images that bring no depth of their own.
+const WITHOUT_DEPTH: [&str; 9] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm"];
+
+/// What a file is asked for.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Purpose {
+    /// To be opened.
+    Open,
+    /// For the state.
+    State,
+    /// For a pane's picture.
+    Picture(PaneId, PictureKind),
+    /// For the comparison of all panes.
+    Report,
+    /// To be the lens's aperture.
+    Aperture,
+}
+
+impl Purpose {
+    fn title(&self) -> &'static str {
+        match self {
+            Self::Open => "Open a scene, an image with depth, or a saved state",
+            Self::State => "Save the state",
+            Self::Picture(..) => "Save the picture",
+            Self::Report => "Save the comparison as one HTML file",
+            Self::Aperture => "An image whose brightness is the aperture's",
+        }
+    }
+
+    fn extensions(&self) -> &'static [&'static str] {
+        match self {
+            Self::Open => {
+                &["glb", "gltf", "exr", "png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm", "ron"]
+            }
+            Self::State => &[state::EXTENSION],
+            Self::Picture(_, PictureKind::Png) => &["png"],
+            Self::Picture(_, PictureKind::Exr) => &["exr"],
+            Self::Report => &["html"],
+            Self::Aperture => &["png", "jpg", "jpeg", "hdr"],
+        }
+    }
+
+    /// Whether the file is there already, to be read.
+    fn reads(&self) -> bool {
+        matches!(self, Self::Open | Self::Aperture)
+    }
+}
+
+/// A file that was named.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Answer {
+    /// What for.
+    pub purpose: Purpose,
+    /// The file.
+    pub file: PathBuf,
+    /// Of an image to be opened: where its depth comes from.
+    pub depth: DepthArgs,
+}
+
+#[derive(Clone, Copy, PartialEq)]
+enum Asked {
+    File,
+    Depth,
+}
+
+struct Asking {
+    purpose: Purpose,
+    file: String,
+    depth_file: String,
+    encoding: DepthEncoding,
+    browsing: Option<(Asked, Browsing)>,
+    /// Whether the system's dialog was asked for and did not come.
+    no_dialog: bool,
+    fresh: bool,
+}
+
+/// The dialog, if one is open.
+pub struct Dialogs {
+    asking: Option<Asking>,
+    folder: PathBuf,
+}
+
+impl Dialogs {
+    /// Dialogs that begin in `folder`.
+    pub fn in_folder(folder: PathBuf) -> Self {
+        Self { asking: None, folder }
+    }
+
+    /// Asks for something to open.
+    pub fn open(&mut self, ctx: &Context) {
+        self.ask(ctx, Purpose::Open, String::new());
+    }
+
+    /// Asks where to keep the state.
+    pub fn save_state(&mut self, ctx: &Context, document: &Document) {
+        self.ask(ctx, Purpose::State, format!("{}.{}", stem(document), state::EXTENSION));
+    }
+
+    /// Asks where to save a pane's picture.
+    pub fn save_picture(&mut self, ctx: &Context, document: &Document, id: PaneId, kind: PictureKind) {
+        let method = document.pane(id).map_or("picture", |p| p.method.id.as_str());
+        let name = format!("{}-{method}.{}", stem(document), kind.extension());
+        self.ask(ctx, Purpose::Picture(id, kind), name);
+    }
+
+    /// Asks where to save the comparison.
+    pub fn save_report(&mut self, ctx: &Context, document: &Document) {
+        self.ask(ctx, Purpose::Report, format!("{}.html", stem(document)));
+    }
+
+    /// Asks for an image to be the aperture.
+    pub fn open_aperture(&mut self, ctx: &Context) {
+        self.ask(ctx, Purpose::Aperture, String::new());
+    }
+
+    /// Asks for the depth of an image that has none.
+    pub fn open_with_depth(&mut self, ctx: &Context, image: &Path) {
+        self.ask(ctx, Purpose::Open, image.to_string_lossy().into_owned());
+    }
+
+    fn ask(&mut self, ctx: &Context, purpose: Purpose, name: String) {
+        let file = if name.is_empty() { name } else { self.folder.join(name).to_string_lossy().into_owned() };
+        let encoding = DepthEncoding::METRES;
+        self.asking = Some(Asking {
+            purpose,
+            file,
+            depth_file: String::new(),
+            encoding,
+            browsing: None,
+            no_dialog: false,
+            fresh: true,
+        });
+        ctx.request_repaint();
+    }
+
+    /// Shows the dialog; the answer once it is given.
+    pub fn show(&mut self, ctx: &Context) -> Option<Answer> {
+        let asking = self.asking.as_mut()?;
+        asking.take_browsed(ctx.input(|i| i.focused));
+        let mut done = None;
+        let modal = Modal::new(Id::unique("file dialog")).show(ctx, |ui| {
+            ui.set_width(520.0);
+            ui.label(RichText::new(asking.purpose.title()).strong());
+            ui.add_space(6.0);
+            done = asking.ui(ui);
+        });
+        let answered = match done {
+            Some(true) => Some(asking.answer()),
+            Some(false) => None,
+            None if modal.should_close() => None,
+            None => return None,
+        };
+        self.asking = None;
+        if let Some(folder) = answered.as_ref().and_then(|a| a.file.parent()) {
+            self.folder = folder.to_owned();
+        }
+        answered
+    }
+}
+
+impl Asking {
+    /// The fields; `Some(true)` when confirmed, `Some(false)` when given up.
+    fn ui(&mut self, ui: &mut Ui) -> Option<bool> {
+        let entered = self.file_row(ui, Asked::File);
+        let missing = self.missing();
+        if self.needs_depth() {
+            self.file_row(ui, Asked::Depth);
+            self.encoding_rows(ui);
+        }
+        if self.no_dialog {
+            ui.label(RichText::new(NO_DIALOG).small().color(ui.visuals().warn_fg_color));
+        } else if self.browsing.is_some() {
+            ui.label(RichText::new(WAITING).small().weak());
+        }
+        let note = missing.clone().unwrap_or_else(|| self.note());
+        ui.label(RichText::new(note).small().weak());
+        ui.add_space(6.0);
+        let mut done = None;
+        ui.horizontal(|ui| {
+            let name = if self.purpose.reads() { "Open" } else { "Save" };
+            if ui.add_enabled(missing.is_none(), egui::Button::new(name)).clicked() {
+                done = Some(true);
+            }
+            if ui.button("Cancel").clicked() {
+                done = Some(false);
+            }
+        });
+        if entered && missing.is_none() { Some(true) } else { done }
+    }
+
+    fn file_row(&mut self, ui: &mut Ui, field: Asked) -> bool {
+        let (name, text) = match field {
+            Asked::File => ("File", &mut self.file),
+            Asked::Depth => ("Depth file", &mut self.depth_file),
+        };
+        let fresh = field == Asked::File && std::mem::take(&mut self.fresh);
+        let mut browse = false;
+        let edit = widgets::row(ui, name, "", |ui| {
+            let width = ui.available_width() - 90.0;
+            let edit = ui.add(TextEdit::singleline(text).desired_width(width));
+            browse = ui.button("Browse…").clicked();
+            edit
+        });
+        if fresh {
+            edit.request_focus();
+        }
+        if browse {
+            self.browse(ui.ctx(), field);
+        }
+        edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter))
+    }
+
+    fn encoding_rows(&mut self, ui: &mut Ui) {
+        let kind = &mut self.encoding.kind;
+        let mut chosen = match kind {
+            DepthKind::Metres { .. } => 0,
+            DepthKind::Inverse { .. } => 1,
+            DepthKind::Device { .. } => 2,
+            DepthKind::Distance { .. } => 3,
+            DepthKind::Relative { .. } => 4,
+            DepthKind::Dioptres { .. } => 5,
+            DepthKind::Disparity { .. } => 6,
+        };
+        let help = "Metres along the optical axis; inverse depth, greater is nearer; a depth buffer, 0 is near; \
+                    metres along each ray; inverse depth of a network, whose ends are asked for; inverse metres; \
+                    or pixels between two cameras.";
+        let kinds = ["metres", "inverse", "device", "distance", "relative", "dioptres", "disparity"];
+        if choice(ui, "Numbers are", help, &mut chosen, &kinds) {
+            let (near_m, far_m) = (0.5, 20.0);
+            *kind = match chosen {
+                0 => DepthKind::Metres { per_unit: 1.0 },
+                1 => DepthKind::Inverse { near_m, far_m },
+                2 => DepthKind::Device { near_m, far_m },
+                3 => DepthKind::Distance { per_unit: 1.0 },
+                4 => DepthKind::Relative { near_m, far_m },
+                5 => DepthKind::Dioptres { per_unit: 1.0 },
+                _ => DepthKind::Disparity { focal_px: 1000.0, baseline_m: 0.1, offset_px: 0.0, per_unit: 1.0 },
+            };
+        }
+        let row = |name, help, unit, log| Field { name, help, unit, range: log..=1000.0, log: Some(log), reset: None };
+        match kind {
+            DepthKind::Metres { per_unit } | DepthKind::Distance { per_unit } => {
+                row("Metres a unit", "0.001 for millimetres.", " m", 1e-4).show(ui, per_unit);
+            }
+            DepthKind::Dioptres { per_unit } => {
+                row("Dioptres a unit", "1 for inverse metres.", " /m", 1e-4).show(ui, per_unit);
+            }
+            DepthKind::Disparity { focal_px, baseline_m, per_unit, .. } => {
+                row("Pixels a unit", "1/256 for KITTI.", " px", 1e-4).show(ui, per_unit);
+                row("Focal length", "In pixels of the disparity map.", " px", 1e-2).show(ui, focal_px);
+                row("Baseline", "Distance of the two cameras.", " m", 1e-4).show(ui, baseline_m);
+            }
+            DepthKind::Inverse { near_m, far_m }
+            | DepthKind::Device { near_m, far_m }
+            | DepthKind::Relative { near_m, far_m } => {
+                row("Nearest", "Depth of the nearest number.", " m", 0.01).show(ui, near_m);
+                row("Farthest", "Depth of the farthest number; may be infinite.", " m", 0.01).show(ui, far_m);
+            }
+        }
+    }
+
+    fn needs_depth(&self) -> bool {
+        let extension = Path::new(&self.file).extension().map(|e| e.to_string_lossy().to_lowercase());
+        self.purpose == Purpose::Open && extension.is_some_and(|e| WITHOUT_DEPTH.contains(&e.as_str()))
+    }
+
+    /// What is still missing, in words.
+    fn missing(&self) -> Option<String> {
+        if self.file.trim().is_empty() {
+            return Some("Type the name of a file, or browse for one.".into());
+        }
+        if self.needs_depth() && self.depth_file.trim().is_empty() {
+            return Some("This image has no depth of its own: name a file that has.".into());
+        }
+        if self.needs_depth() {
+            return self.encoding.check().err().map(|e| e.to_string());
+        }
+        None
+    }
+
+    fn note(&self) -> String {
+        if self.purpose.reads() {
+            return "Press Enter to open it.".into();
+        }
+        if Path::new(&self.file).exists() { "The file is there already: it will be replaced." } else { "A new file." }
+            .into()
+    }
+
+    fn answer(&self) -> Answer {
+        let mut file = PathBuf::from(self.file.trim());
+        if !self.purpose.reads() && file.extension().is_none() {
+            file.set_extension(self.purpose.extensions()[0]);
+        }
+        let depth_file = PathBuf::from(self.depth_file.trim());
+        let depth = match self.needs_depth() {
+            true => DepthArgs { file: Some(depth_file), encoding: self.encoding, ..DepthArgs::default() },
+            false => DepthArgs::default(),
+        };
+        Answer { purpose: self.purpose.clone(), file, depth }
+    }
+
+    /// Shows the system's dialog; its answer arrives later.
+    fn browse(&mut self, ctx: &Context, field: Asked) {
+        if self.browsing.is_some() {
+            return;
+        }
+        let (extensions, title) = match field {
+            Asked::File => (self.purpose.extensions(), self.purpose.title()),
+            Asked::Depth => (&["png", "exr", "pfm", "npy", "tif", "tiff"][..], "Depth of the image"),
+        };
+        let saving = field == Asked::File && !self.purpose.reads();
+        self.browsing = Some((field, Browsing::start(ctx, title, extensions, saving)));
+        self.no_dialog = false;
+    }
+
+    fn take_browsed(&mut self, has_focus: bool) {
+        let Some((field, browsing)) = &mut self.browsing else { return };
+        let Some(browsed) = browsing.poll(has_focus) else { return };
+        self.no_dialog = browsed == Browsed::NeverThere;
+        if let Browsed::File(file) = browsed {
+            let text = file.to_string_lossy().into_owned();
+            match field {
+                Asked::File => self.file = text,
+                Asked::Depth => self.depth_file = text,
+            }
+        }
+        self.browsing = None;
+    }
+}
+
+fn stem(document: &Document) -> String {
+    let stem = Path::new(&document.scene).file_stem();
+    stem.map_or_else(|| "defocus".into(), |stem| stem.to_string_lossy().into_owned())
+}

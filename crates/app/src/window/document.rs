@@ -1,0 +1,394 @@
+//! All that is shown and how, in one value: what is saved, restored and undone.
+//!
+//! What belongs to the person and not to the picture is in [`super::Preferences`];
+//! everything else the window has is computed from the two and can be thrown away.
+
+use super::panels::FocusSettings;
+use super::panes::PaneTree;
+use super::size::PictureSize;
+use defocus::camera::Camera;
+use defocus::combine;
+use defocus::display::Display;
+use defocus::lens::Lens;
+use defocus::methods::{self, Method};
+use defocus::stereo::Stereo;
+use defocus_study::DepthArgs;
+use std::collections::BTreeMap;
+
+/// Most panes shown at once.
+pub const MAX_PANES: usize = 6;
+
+/// Lens points that a reference converges to unless its pane says otherwise: with 256 its
+/// two halves agree to some 45 dB in the built-in scenes, above what any method reaches.
+pub const REFERENCE_SAMPLES: u32 = 256;
+
+/// What the user has chosen to see; plain data.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+pub struct Document {
+    /// A built-in name or a file, as [`defocus_study::Source::open`] takes it.
+    pub scene: String,
+    /// Where the depth of an image comes from and what its numbers mean.
+    pub depth: DepthArgs,
+    /// Which of the scene's cameras was chosen last.
+    pub camera_index: usize,
+    /// The camera as it was moved since; `None` until a scene is there, and for images.
+    pub camera: Option<Camera>,
+    /// Distance from the camera of the point it orbits, metres.
+    pub pivot_m: f64,
+    /// How large the picture of one eye is.
+    pub size: PictureSize,
+    /// The lens.
+    pub lens: Lens,
+    /// What decides where it is focused.
+    pub focus: FocusSettings,
+    /// How two eyes see the scene; one sees it without.
+    pub stereo: Option<Stereo>,
+    /// Whether E, F, dr, ds and DPI follow each newly opened scene, which is so until the
+    /// user sets one of them.
+    pub automatic_lens: bool,
+    /// The panes, 1 to [`MAX_PANES`], in the order of their numbers.
+    pub panes: Vec<PaneState>,
+    /// How they lie beside each other.
+    pub arrangement: Arrangement,
+    /// The tiles of [`Arrangement::Tiles`]; an even grid without it.
+    pub tiles: Option<PaneTree>,
+    /// The pane that the panel is about, that lies left of the divider and stands alone in
+    /// [`Arrangement::One`].
+    pub a: PaneId,
+    /// The pane right of the divider, and the one that blinks.
+    pub b: PaneId,
+    /// Where the divider stands, from 0 (left) to 1.
+    pub divider: f32,
+    /// Part of the picture that is shown, the same in all panes.
+    pub zoom: Zoom,
+    /// Whether figures are wanted also where no pane shows the reference, which then
+    /// converges unseen.
+    pub measure: bool,
+    /// Exposure and tone map.
+    pub display: Display,
+    /// Which channels of pictures are shown.
+    pub channel: combine::Channel,
+    /// |c| up to which a point counts as sharp, px.
+    pub acceptable_coc_px: f32,
+    /// Whether the CoC's colour map reaches as far as the picture's CoC does.
+    pub coc_scale_fits: bool,
+    /// |c| at the ends of the CoC's colour map where that is fixed, px.
+    pub coc_scale_px: f32,
+    /// Margin drawn around the picture so that blur can come in from outside, px.
+    pub overscan_px: u32,
+}
+
+impl Default for Document {
+    fn default() -> Self {
+        Self {
+            scene: "cans".into(),
+            depth: DepthArgs::default(),
+            camera_index: 0,
+            camera: None,
+            pivot_m: 1.0,
+            size: PictureSize::default(),
+            lens: Lens::PINHOLE,
+            focus: FocusSettings::default(),
+            stereo: None,
+            automatic_lens: true,
+            panes: vec![PaneState::new(PaneId(1), MethodChoice::new("mipmap"))],
+            arrangement: Arrangement::Tiles,
+            tiles: None,
+            a: PaneId(1),
+            b: PaneId(1),
+            divider: 0.5,
+            zoom: Zoom::default(),
+            measure: false,
+            display: Display::default(),
+            channel: combine::Channel::All,
+            acceptable_coc_px: 2.0,
+            coc_scale_fits: true,
+            coc_scale_px: 32.0,
+            overscan_px: 32,
+        }
+    }
+}
+
+impl Document {
+    /// The default document with one pane for each of `methods` (at most [`MAX_PANES`]).
+    pub fn of_methods(methods: impl IntoIterator<Item = MethodChoice>) -> Self {
+        let pane = |(i, method)| PaneState::new(PaneId(i as u32 + 1), method);
+        let panes = methods.into_iter().enumerate().map(pane).collect();
+        Self { panes, b: PaneId(2), ..Self::default() }.repaired()
+    }
+
+    /// The same with what a file could have wrong put right: 1 to [`MAX_PANES`] panes with
+    /// different numbers, slots and tiles that name them, the divider inside the picture.
+    pub fn repaired(mut self) -> Self {
+        let mut seen = Vec::new();
+        self.panes.retain(|pane| {
+            let new = pane.id != PaneId::HIDDEN && !seen.contains(&pane.id);
+            seen.push(pane.id);
+            new
+        });
+        self.panes.truncate(MAX_PANES);
+        if self.panes.is_empty() {
+            self.panes = Self::default().panes;
+        }
+        self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
+        self.zoom = self.zoom.repaired();
+        self.size = self.size.repaired();
+        self.focus = self.focus.repaired();
+        self.stereo = self.stereo.map(Stereo::repaired);
+        self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
+        self.coc_scale_px = positive_or(self.coc_scale_px, Self::default().coc_scale_px);
+        for pane in &mut self.panes {
+            pane.opacity = if pane.opacity.is_nan() { DEFAULT_OPACITY } else { pane.opacity.clamp(0.0, 1.0) };
+        }
+        self.mend_references();
+        self
+    }
+
+    /// Points slots and differences that name no pane at one that is there.
+    fn mend_references(&mut self) {
+        let ids: Vec<PaneId> = self.panes.iter().map(|p| p.id).collect();
+        let known = |id: PaneId| ids.contains(&id);
+        if !known(self.a) {
+            self.a = ids[0];
+        }
+        if !known(self.b) || self.b == self.a {
+            self.b = ids.iter().copied().find(|id| *id != self.a).unwrap_or(self.a);
+        }
+        for pane in &mut self.panes {
+            if let Show::Difference(difference) = &mut pane.show
+                && (!ids.contains(&difference.against) || difference.against == pane.id)
+            {
+                match ids.iter().copied().find(|id| *id != pane.id) {
+                    Some(other) => difference.against = other,
+                    None => pane.show = Show::Picture,
+                }
+            }
+        }
+    }
+
+    /// The pane of that number.
+    pub fn pane(&self, id: PaneId) -> Option<&PaneState> {
+        self.panes.iter().find(|p| p.id == id)
+    }
+
+    /// The pane of that number, to be changed.
+    pub fn pane_mut(&mut self, id: PaneId) -> Option<&mut PaneState> {
+        self.panes.iter_mut().find(|p| p.id == id)
+    }
+
+    /// Place of a pane in the list, from 0.
+    pub fn index_of(&self, id: PaneId) -> Option<usize> {
+        self.panes.iter().position(|p| p.id == id)
+    }
+
+    /// The panes that are on the screen.
+    pub fn visible(&self) -> Vec<PaneId> {
+        match self.arrangement {
+            _ if self.panes.len() == 1 => vec![self.a],
+            Arrangement::One => vec![self.a],
+            Arrangement::Wipe => vec![self.a, self.b],
+            Arrangement::Tiles => self.panes.iter().map(|p| p.id).collect(),
+        }
+    }
+
+    /// Whether two panes lie over each other with a divider between them.
+    pub fn is_wiping(&self) -> bool {
+        self.arrangement == Arrangement::Wipe && self.a != self.b
+    }
+
+    /// The pane that shows the truth, if one does: the first with the method `accumulation`.
+    pub fn reference(&self) -> Option<PaneId> {
+        self.panes.iter().find(|p| p.method.id == "accumulation").map(|p| p.id)
+    }
+
+    /// What figures are taken against: the reference of a pane, or the one that converges
+    /// unseen where figures are wanted.
+    pub fn truth(&self) -> Option<MethodChoice> {
+        let shown = self.reference().and_then(|id| self.pane(id)).map(|pane| pane.method.clone());
+        shown.or_else(|| self.measure.then(MethodChoice::reference))
+    }
+
+    /// Adds a pane, which becomes slot B; `None` where there is no room for one more.
+    pub fn add_pane(&mut self, method: MethodChoice) -> Option<PaneId> {
+        if self.panes.len() >= MAX_PANES {
+            return None;
+        }
+        let free = (1..).map(PaneId).find(|id| self.pane(*id).is_none())?;
+        self.panes.push(PaneState::new(free, method));
+        self.b = free;
+        self.tiles = None;
+        Some(free)
+    }
+
+    /// Takes a pane away, unless it is the last.
+    pub fn close_pane(&mut self, id: PaneId) {
+        if self.panes.len() > 1 {
+            self.panes.retain(|p| p.id != id);
+            self.mend_references();
+        }
+    }
+
+    /// Whether nothing of it was chosen for its scene yet: neither camera nor lens.
+    pub fn is_fresh(&self) -> bool {
+        self.camera.is_none() && self.lens == Lens::PINHOLE
+    }
+
+    /// The same but for what only directs the eye, which undo leaves alone: also the focus
+    /// where it moves by itself.
+    pub fn without_gaze(&self) -> Self {
+        let mut document = Self { zoom: Zoom::default(), divider: 0.5, ..self.clone() };
+        if self.focus.mode.follows() {
+            document.lens.focus_distance_m = f64::INFINITY;
+        }
+        document
+    }
+}
+
+fn positive_or(value: f32, other: f32) -> f32 {
+    if value > 0.0 && value.is_finite() { value } else { other }
+}
+
+/// Number of a pane, which stays its own while panes come and go.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
+pub struct PaneId(pub u32);
+
+impl PaneId {
+    /// The reference that converges where no pane shows it.
+    pub const HIDDEN: Self = Self(u32::MAX);
+}
+
+impl std::fmt::Display for PaneId {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        self.0.fmt(f)
+    }
+}
+
+/// A pane: a method and which of its aspects to show.
+#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct PaneState {
+    /// Its number.
+    pub id: PaneId,
+    /// The method.
+    pub method: MethodChoice,
+    /// What of it is shown.
+    #[serde(default)]
+    pub show: Show,
+    /// How much an overlay hides of the picture, from 0 to 1: the overlay alone.
+    #[serde(default = "default_opacity")]
+    pub opacity: f32,
+}
+
+/// Enough to tell colours apart, and little enough to find one's way in the picture.
+pub const DEFAULT_OPACITY: f32 = 0.6;
+
+fn default_opacity() -> f32 {
+    DEFAULT_OPACITY
+}
+
+impl PaneState {
+    /// A pane that shows the method's picture.
+    pub fn new(id: PaneId, method: MethodChoice) -> Self {
+        Self { id, method, show: Show::Picture, opacity: DEFAULT_OPACITY }
+    }
+}
+
+/// How the panes lie.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum Arrangement {
+    /// Slot A alone.
+    One,
+    /// Slots A and B over each other, a divider between them.
+    Wipe,
+    /// All side by side.
+    #[default]
+    Tiles,
+}
+
+impl Arrangement {
+    /// All, with their names and what they do.
+    pub const ALL: [(Self, &'static str, &'static str); 3] = [
+        (Self::One, "One", "One pane fills the window; the number keys choose it."),
+        (Self::Wipe, "Wipe", "Panes A and B over each other; the divider can be dragged."),
+        (Self::Tiles, "Tiles", "All panes side by side; drag a pane's number to rearrange them."),
+    ];
+}
+
+/// Which part of the picture is shown, and how large.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+pub struct Zoom {
+    /// Pixels of the display over those of the picture; `None` fits the picture in.
+    pub scale: Option<f32>,
+    /// What lies in the middle, from (0, 0) at the top left of the picture to (1, 1).
+    pub centre: [f32; 2],
+}
+
+impl Default for Zoom {
+    fn default() -> Self {
+        Self { scale: None, centre: [0.5, 0.5] }
+    }
+}
+
+impl Zoom {
+    /// Least and greatest magnification.
+    pub const RANGE: std::ops::RangeInclusive<f32> = 0.125..=64.0;
+
+    fn repaired(self) -> Self {
+        let scale = self.scale.filter(|s| s.is_finite()).map(|s| s.clamp(*Self::RANGE.start(), *Self::RANGE.end()));
+        let centre = self.centre.map(|c| if c.is_nan() { 0.5 } else { c.clamp(0.0, 1.0) });
+        Self { scale, centre }
+    }
+}
+
+/// A method with those of its parameters that differ from their defaults.
+#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct MethodChoice {
+    /// [`methods::About::id`].
+    pub id: String,
+    /// Values by key, as text that [`methods::set_param`] takes.
+    #[serde(default)]
+    pub params: BTreeMap<String, String>,
+}
+
+impl MethodChoice {
+    /// The method with its default parameters.
+    pub fn new(id: &str) -> Self {
+        Self { id: id.into(), params: BTreeMap::new() }
+    }
+
+    /// The reference: accumulation over [`REFERENCE_SAMPLES`] lens points.
+    pub fn reference() -> Self {
+        let params = [("samples".to_owned(), REFERENCE_SAMPLES.to_string())];
+        Self { id: "accumulation".into(), params: params.into() }
+    }
+
+    /// The method itself.
+    ///
+    /// # Errors
+    ///
+    /// A sentence, if there is no such method or parameter: documents come from files too.
+    pub fn build(&self) -> Result<Box<dyn Method>, String> {
+        let mut method = methods::by_id(&self.id).map_err(|e| e.to_string())?;
+        for (key, text) in &self.params {
+            methods::set_param(method.as_mut(), key, text).map_err(|e| e.to_string())?;
+        }
+        Ok(method)
+    }
+
+    /// Whether a parameter that is a switch, off by default, is on.
+    pub fn is_on(&self, key: &str) -> bool {
+        self.params.get(key).is_some_and(|text| text == "on")
+    }
+
+    /// A parameter that counts something, where it differs from its default.
+    pub fn count(&self, key: &str) -> Option<u32> {
+        self.params.get(key)?.parse().ok()
+    }
+
+    /// Its name for people; the id where there is no such method.
+    pub fn title(&self) -> String {
+        methods::by_id(&self.id).map_or_else(|_| self.id.clone(), |m| m.about().title.to_owned())
+    }
+}
+
+pub use super::show::{Channel, Difference, DifferenceKind, Inside, Show};

@@ -1,0 +1,79 @@
+//! The scene as it is seen in full, and as it is seen smaller while something moves.
+
+use super::request::Exposure;
+use defocus::camera::Camera;
+use defocus::view::{View, ViewError};
+use defocus_study::GpuSource;
+use glam::UVec2;
+
+/// A view with what it was asked for.
+struct Seen {
+    view: View,
+    camera: Option<Camera>,
+    size: UVec2,
+    overscan_px: u32,
+}
+
+impl Seen {
+    fn is_of(&self, exposure: &Exposure) -> bool {
+        (self.camera, self.size, self.overscan_px) == (exposure.camera, exposure.size, exposure.overscan_px)
+    }
+}
+
+/// Two views of a source: each keeps what was drawn while the other is used.
+#[derive(Default)]
+pub(super) struct Views {
+    full: Option<Seen>,
+    coarse: Option<Seen>,
+}
+
+/// Which of the two.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Which {
+    Full,
+    Coarse,
+}
+
+impl Views {
+    /// Brings one of them where `exposure` is taken; true if it was elsewhere.
+    pub fn prepare(&mut self, source: &GpuSource, exposure: &Exposure, which: Which) -> Result<bool, ViewError> {
+        let slot = match which {
+            Which::Full => &mut self.full,
+            Which::Coarse => &mut self.coarse,
+        };
+        if slot.as_ref().is_some_and(|seen| seen.is_of(exposure)) {
+            return Ok(false);
+        }
+        let Exposure { camera, size, overscan_px, .. } = *exposure;
+        let known = slot.take().filter(|_| source.source().is_scene());
+        let mut view = match known {
+            Some(Seen { mut view, .. }) => {
+                view.set_size(source.gpu(), size, overscan_px)?;
+                view
+            }
+            None => source.view(0, size, overscan_px, None)?,
+        };
+        if let Some(camera) = camera {
+            view.set_camera(camera);
+        }
+        *slot = Some(Seen { view, camera, size, overscan_px });
+        Ok(true)
+    }
+
+    /// Gives back what the smaller view holds.
+    pub fn forget_coarse(&mut self) {
+        self.coarse = None;
+    }
+
+    /// The view from which `exposure` is taken, if it is prepared.
+    pub fn of(&mut self, exposure: &Exposure) -> Option<&mut View> {
+        let mut both = self.full.iter_mut().chain(&mut self.coarse);
+        both.find(|seen| seen.is_of(exposure)).map(|seen| &mut seen.view)
+    }
+
+    /// The view from where `exposure` is taken: in full if that is prepared, else smaller.
+    pub fn where_taken(&mut self, exposure: &Exposure) -> Option<&mut View> {
+        let mut both = self.full.iter_mut().filter(|seen| seen.is_of(exposure)).chain(&mut self.coarse);
+        both.find(|seen| seen.camera == exposure.camera).map(|seen| &mut seen.view)
+    }
+}

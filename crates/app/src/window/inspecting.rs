@@ -1,0 +1,101 @@
+//! What the inspector is told: values under the pointer, read back while it is open.
+
+use super::App;
+use super::legend::value_text;
+use super::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
+use defocus::display::Display;
+use defocus::focus::pixel;
+use defocus::histogram::Histogram;
+use defocus::image::ColorImage;
+use eframe::egui::Ui;
+use std::sync::Arc;
+
+/// Pixels around the one under the pointer, in each direction.
+const RADIUS_PX: u32 = 7;
+
+/// What was inspected last: it stays while the pointer is elsewhere.
+#[derive(Default)]
+pub struct Inspector {
+    open: bool,
+    last: Option<Inspection>,
+    histogram: Option<(Arc<ColorImage>, Display, Histogram)>,
+}
+
+impl Inspector {
+    /// Whether it was looked at in this frame: then methods tell what they did.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// Nobody looks at it, until it is shown.
+    pub fn close(&mut self) {
+        self.open = false;
+    }
+}
+
+impl App {
+    /// The inspector's panel.
+    pub(super) fn inspector(&mut self, ui: &mut Ui) {
+        self.inspector.open = true;
+        self.inspect();
+        let inspector = &self.inspector;
+        let depths_m = self.engine.depths_m(false);
+        let (lens, display) = (&self.document.lens, &self.document.display);
+        let histogram = inspector.histogram.as_ref().map(|(.., histogram)| histogram);
+        inspector_panel(ui, inspector.last.as_ref(), lens, display, histogram, depths_m);
+    }
+
+    /// Reads what lies under the pointer, and counts the picture of pane A once it is done.
+    fn inspect(&mut self) {
+        // While pictures change, reading each of them back would hold up the next.
+        let at_rest = self.engine.wants_update_in().is_none_or(|pause| pause.as_millis() > 10);
+        if !at_rest {
+            return;
+        }
+        let (a, display) = (self.document.a, self.document.display);
+        if let Some(picture) = self.engine.color(a).filter(|p| p.size.min_element() > 0) {
+            let known = self.inspector.histogram.as_ref();
+            if known.is_none_or(|(of, shown, _)| !Arc::ptr_eq(of, &picture) || *shown != display) {
+                let histogram = image_histogram(&picture, &display);
+                self.inspector.histogram = Some((picture, display, histogram));
+            }
+        }
+        let Some(at) = self.viewport.cursor() else { return };
+        let ids: Vec<_> = self.document.visible();
+        let names = self.document.panes.iter().enumerate().filter(|(_, p)| ids.contains(&p.id));
+        let names: Vec<_> = names.map(|(i, p)| (p.id, format!("{} {}", i + 1, p.method.title()))).collect();
+        let hovered = self.viewport.hovered().unwrap_or(a);
+        let (engine, own) = self.eye_of(at);
+        let pictures: Vec<_> = names.into_iter().filter_map(|(id, name)| Some((id, name, engine.color(id)?))).collect();
+        let Some((.., picture)) = pictures.iter().find(|(id, ..)| *id == hovered).or(pictures.first()) else { return };
+        if picture.size.min_element() == 0 {
+            return;
+        }
+        let at_px = pixel(picture.size, own);
+        let Some(depth_m) = engine.depth_at_m(own) else { return };
+        let same_size = pictures.iter().filter(|(.., p)| p.size == picture.size);
+        let engine = &*engine;
+        let numbers = |id| {
+            let shown = engine.inside_at(id, own).map(|(reading, value)| (reading.quantity.clone(), value));
+            let mut numbers: Vec<(String, String)> = Vec::new();
+            for (quantity, value) in shown.into_iter().chain(engine.explained_at(id, own)) {
+                if numbers.iter().all(|(name, _)| name != quantity.name) {
+                    numbers.push((quantity.name.to_owned(), value_text(&quantity, value)));
+                }
+            }
+            numbers
+        };
+        self.inspector.last = Some(Inspection {
+            pixel: at_px,
+            depth_m,
+            panes: same_size
+                .map(|(id, name, p)| PaneValue {
+                    name: name.clone(),
+                    color: p.at(at_px.x, at_px.y),
+                    numbers: numbers(*id),
+                })
+                .collect(),
+            neighbourhood: neighbourhood(picture, at_px, RADIUS_PX),
+        });
+    }
+}

@@ -1,0 +1,148 @@
+//! What decides where the lens is focused, and the eye that follows it.
+
+use super::fields::Field;
+use crate::window::widgets::choice;
+use defocus::focus::{ACCOMMODATION_SECONDS, Accommodation};
+use eframe::egui::{RichText, Ui};
+use glam::DVec3;
+
+/// What decides where the lens is focused.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub enum FocusMode {
+    /// A click: the depth of the pixel under the pointer.
+    #[default]
+    Point,
+    /// A click: the median depth around it.
+    Area,
+    /// A click: the surface there, which stays in focus while the camera moves.
+    Object,
+    /// The pointer, as a stand-in for the gaze, followed as an eye does.
+    Gaze,
+    /// The middle of the picture, followed as an eye does.
+    Centre,
+}
+
+impl FocusMode {
+    /// All, with their names and what they do.
+    pub const ALL: [(Self, &'static str, &'static str); 5] = [
+        (Self::Point, "Point clicked", "Click what should be sharp."),
+        (Self::Area, "Area clicked", "Click what should be sharp: the median depth around it counts."),
+        (Self::Object, "Object clicked", "Click an object: it stays sharp while the camera moves."),
+        (Self::Gaze, "Follow pointer", "The pointer stands for the gaze; the focus follows as an eye accommodates."),
+        (Self::Centre, "Autofocus", "What lies in the middle is sharp; the focus follows as an eye accommodates."),
+    ];
+
+    /// Whether the focus moves by itself, without a click.
+    pub fn follows(self) -> bool {
+        matches!(self, Self::Gaze | Self::Centre)
+    }
+}
+
+/// How focus is chosen; plain data.
+#[derive(Clone, Copy, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
+pub struct FocusSettings {
+    /// What decides.
+    pub mode: FocusMode,
+    /// The area reaches so many pixels in each direction from its middle.
+    pub area_radius_px: u32,
+    /// Time constant of the eye, seconds; 0 for an eye without lag.
+    pub time_constant_s: f64,
+}
+
+impl Default for FocusSettings {
+    fn default() -> Self {
+        Self { mode: FocusMode::Point, area_radius_px: 4, time_constant_s: ACCOMMODATION_SECONDS }
+    }
+}
+
+impl FocusSettings {
+    /// Greatest radius of the area, px: a square of 513 px.
+    const GREATEST_RADIUS_PX: u32 = 256;
+
+    /// The same with what a file could have wrong put right.
+    pub fn repaired(self) -> Self {
+        let time_constant_s = match self.time_constant_s {
+            t if t.is_finite() => t.clamp(0.0, 60.0),
+            _ => ACCOMMODATION_SECONDS,
+        };
+        Self { time_constant_s, area_radius_px: self.area_radius_px.min(Self::GREATEST_RADIUS_PX), ..self }
+    }
+
+    /// Radius, px, over which depths are taken: 0 where a single pixel decides.
+    pub fn radius_px(&self) -> u32 {
+        if self.mode == FocusMode::Point { 0 } else { self.area_radius_px }
+    }
+}
+
+/// Where a following focus is and whether it still moves.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Follow {
+    /// Focus distance now, metres.
+    pub focus_m: f64,
+    /// Whether it goes on without the target moving.
+    pub moving: bool,
+}
+
+/// A focus that follows something; not saved.
+#[derive(Clone, Debug, Default)]
+pub struct Focusing {
+    eye: Option<Accommodation>,
+    /// The point in world space, metres, that stays in focus.
+    pub anchor: Option<DVec3>,
+}
+
+impl Focusing {
+    /// Goes on for `dt_s` seconds from `current_m` towards `target_m`. Something else may
+    /// have moved the focus in between: then the eye starts from there.
+    pub fn follow(&mut self, target_m: f64, current_m: f64, time_constant_s: f64, dt_s: f64) -> Follow {
+        let known = self.eye.filter(|eye| eye.distance_m() == current_m);
+        let mut eye = known.unwrap_or_else(|| Accommodation::at(current_m));
+        let arrived = eye.advance(target_m, time_constant_s, dt_s);
+        self.eye = Some(eye);
+        Follow { focus_m: eye.distance_m(), moving: !arrived }
+    }
+}
+
+/// Edits how focus is chosen; true if something changed.
+pub fn focus_panel(ui: &mut Ui, settings: &mut FocusSettings, anchored: bool) -> bool {
+    let before = *settings;
+    let names = FocusMode::ALL.map(|(_, name, _)| name);
+    let mut chosen = FocusMode::ALL.iter().position(|(mode, ..)| *mode == settings.mode).unwrap_or(0);
+    let help = "What decides where the lens is focused.";
+    choice(ui, "Focus on", help, &mut chosen, &names);
+    let (mode, _, help) = FocusMode::ALL[chosen.min(FocusMode::ALL.len() - 1)];
+    settings.mode = mode;
+    let help = match mode {
+        FocusMode::Object if anchored => "This object stays sharp while the camera moves. Click another one.",
+        _ => help,
+    };
+    ui.label(RichText::new(help).small().weak());
+    if mode != FocusMode::Point {
+        let mut side_px = f64::from(2 * settings.area_radius_px + 1);
+        let field = Field {
+            name: "Area",
+            help: "Side of the square whose median depth counts: leaves and wires before it do not decide.",
+            unit: " px",
+            range: 1.0..=65.0,
+            log: None,
+            reset: Some(9.0),
+        };
+        if field.show(ui, &mut side_px) {
+            settings.area_radius_px = (0.5 * (side_px.clamp(1.0, 1e4) - 1.0)).round() as u32;
+        }
+    }
+    if mode.follows() {
+        let field = Field {
+            name: "Eye's lag",
+            help: "Time constant of the accommodation, dD/dt = (target - D) / T in dioptres: after T, 63 % of the way is done. 0.3 s is a young adult's (Campbell and Westheimer 1960; Kasthurirangan and Glasser 2005).",
+            unit: " s",
+            range: 0.0..=2.0,
+            log: None,
+            reset: Some(ACCOMMODATION_SECONDS),
+        };
+        field.show(ui, &mut settings.time_constant_s);
+    }
+    *settings = settings.repaired();
+    *settings != before
+}

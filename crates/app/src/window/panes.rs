@@ -1,0 +1,433 @@
+//! The panes: how they lie, and the head and foot of each.
+
+use super::details::{Exposed, difference_row, inside_row};
+use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
+use super::engine::{Figures, Measured, Verdict};
+use super::limits::aperture_limit;
+use super::numbers::significant;
+use super::widgets::combo;
+use super::{App, actions::Action, style};
+use defocus::gpu::Texture;
+use defocus::methods;
+use eframe::egui::{
+    self, Align, Button, Color32, CornerRadius, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
+    WidgetInfo, WidgetText, pos2, vec2,
+};
+use egui_tiles::{Behavior, EditAction, SimplificationOptions, Tile, TileId, UiResponse};
+
+/// Tiles of panes.
+pub type PaneTree = egui_tiles::Tree<PaneId>;
+
+/// Height of a pane's head, and of each row of it, points.
+const HEAD: f32 = 30.0;
+
+/// Height of a pane's foot, points.
+const FOOT: f32 = 22.0;
+
+/// A pane with less room than this has no head and no foot, points.
+const LEAST: f32 = 90.0;
+
+/// An even arrangement of the document's panes.
+fn even(document: &Document) -> PaneTree {
+    let ids: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
+    match ids.len() {
+        0..=2 => PaneTree::new_horizontal(Id::unique("panes"), ids),
+        _ => PaneTree::new_grid(Id::unique("panes"), ids),
+    }
+}
+
+/// The document's tiles if they hold exactly its panes, else an even arrangement.
+pub fn tree_of(document: &Document) -> PaneTree {
+    let Some(tree) = &document.tiles else { return even(document) };
+    let mut held: Vec<PaneId> = tree.tiles.tiles().filter_map(pane_of).collect();
+    let mut wanted: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
+    held.sort();
+    wanted.sort();
+    if held == wanted && tree.root().is_some() { tree.clone() } else { even(document) }
+}
+
+fn pane_of(tile: &Tile<PaneId>) -> Option<PaneId> {
+    match tile {
+        Tile::Pane(id) => Some(*id),
+        Tile::Container(_) => None,
+    }
+}
+
+struct Tiles<'a> {
+    app: &'a mut App,
+    edited: bool,
+}
+
+impl Behavior<PaneId> for Tiles<'_> {
+    fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut PaneId) -> UiResponse {
+        match self.app.pane_ui(ui, &[*pane]) {
+            true => UiResponse::DragStarted,
+            false => UiResponse::None,
+        }
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &PaneId) -> WidgetText {
+        let title = self.app.document.pane(*pane).map_or_else(String::new, |p| p.method.title());
+        format!("{pane}: {title}").into()
+    }
+
+    fn gap_width(&self, _: &egui::Style) -> f32 {
+        3.0
+    }
+
+    fn min_size(&self) -> f32 {
+        64.0
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        SimplificationOptions { all_panes_must_have_tabs: false, ..Default::default() }
+    }
+
+    fn retain_pane(&mut self, pane: &PaneId) -> bool {
+        self.app.document.pane(*pane).is_some()
+    }
+
+    fn on_edit(&mut self, _: EditAction) {
+        self.edited = true;
+    }
+}
+
+impl App {
+    /// All panes in the area that is left.
+    pub(super) fn show_panes(&mut self, ui: &mut Ui) {
+        self.viewport.areas.clear();
+        self.viewport.feet.clear();
+        let a = self.document.a;
+        match self.document.arrangement {
+            Arrangement::Wipe if self.document.is_wiping() => {
+                let b = self.document.b;
+                self.pane_ui(ui, &[a, b]);
+            }
+            Arrangement::Tiles if self.document.panes.len() > 1 => self.show_tiles(ui),
+            _ => {
+                self.pane_ui(ui, &[a]);
+            }
+        }
+    }
+
+    fn show_tiles(&mut self, ui: &mut Ui) {
+        let mut tree = tree_of(&self.document);
+        let mut tiles = Tiles { app: self, edited: false };
+        tree.ui(&mut tiles, ui);
+        // An even arrangement stays one while panes are added.
+        if tiles.edited {
+            self.document.tiles = Some(tree);
+        }
+    }
+
+    /// Heads, picture and feet of one pane, or of two that lie over each other. True if
+    /// the first starts to be dragged elsewhere.
+    fn pane_ui(&mut self, ui: &mut Ui, ids: &[PaneId]) -> bool {
+        let whole = ui.available_rect_before_wrap();
+        if whole.width() < LEAST || whole.height() < LEAST {
+            self.picture(ui, whole, ids);
+            return false;
+        }
+        let details = ids.iter().any(|id| self.document.pane(*id).is_some_and(|p| has_details(&p.show)));
+        let head = if details { 2.0 * HEAD } else { HEAD };
+        let area = Rect::from_min_max(whole.min + vec2(0.0, head), whole.max - vec2(0.0, FOOT));
+        let mut dragged = false;
+        for (i, id) in ids.iter().enumerate() {
+            let part = |y: egui::Rangef| {
+                let width = whole.width() / ids.len() as f32;
+                let left = whole.left() + width * i as f32;
+                Rect::from_x_y_ranges(left..=left + width, y)
+            };
+            let row = part(egui::Rangef::new(whole.top(), whole.top() + HEAD));
+            self.background(ui, part(egui::Rangef::new(whole.top(), area.top())), *id);
+            dragged |= row_ui(ui, row, ("head", *id), |ui| self.head(ui, *id));
+            if details {
+                let row = row.translate(vec2(0.0, HEAD));
+                row_ui(ui, row, ("details", *id), |ui| self.details(ui, *id));
+            }
+            let foot = part(egui::Rangef::new(area.bottom(), whole.bottom()));
+            self.viewport.feet.push((*id, foot));
+        }
+        self.picture(ui, area, ids);
+        dragged
+    }
+
+    fn background(&self, ui: &Ui, rect: Rect, id: PaneId) {
+        let visuals = ui.visuals();
+        let painter = ui.painter();
+        painter.rect_filled(rect, CornerRadius::ZERO, visuals.panel_fill);
+        if self.document.panes.len() > 1 && id == self.document.a {
+            let line = [pos2(rect.left(), rect.top() + 1.0), pos2(rect.right(), rect.top() + 1.0)];
+            painter.line_segment(line, Stroke::new(2.0, visuals.selection.bg_fill));
+        }
+    }
+
+    /// Number, method, what is shown, menu. True if dragged by its number.
+    fn head(&mut self, ui: &mut Ui, id: PaneId) -> bool {
+        let dragged = self.number(ui, id);
+        let room = ui.available_width();
+        let menu = 66.0;
+        let width = ((room - menu) * 0.5 - 8.0).clamp(40.0, 190.0);
+        self.method_list(ui, id, width);
+        self.show_list(ui, id, width.min(150.0));
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            ui.spacing_mut().item_spacing.x = 2.0;
+            if self.document.panes.len() > 1 {
+                let close = ui.add(Button::new("×").frame(false));
+                let name = format!("Close pane {id}");
+                if close.accessible_name(&name).on_hover_text(name).clicked() {
+                    self.perform(ui.ctx(), Action::ClosePane(id));
+                }
+            }
+            let menu = ui.menu_button("…", |ui| self.pane_menu(ui, id));
+            menu.response.accessible_name(format!("Menu of pane {id}")).on_hover_text("Save, copy, duplicate");
+        });
+        dragged
+    }
+
+    fn number(&mut self, ui: &mut Ui, id: PaneId) -> bool {
+        let (rect, response) = ui.allocate_exact_size(vec2(20.0, 20.0), Sense::click_and_drag());
+        let several = self.document.panes.len() > 1;
+        let (is_a, is_b) = (several && id == self.document.a, several && id == self.document.b);
+        response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_a, format!("Pane {id}")));
+        let visuals = ui.visuals();
+        let (fill, text) = match (is_a, is_b) {
+            (true, _) => (visuals.selection.bg_fill, visuals.selection.stroke.color),
+            (_, true) => (visuals.widgets.inactive.bg_fill, visuals.strong_text_color()),
+            _ => (Color32::TRANSPARENT, visuals.text_color()),
+        };
+        ui.painter().rect_filled(rect, CornerRadius::same(4), fill);
+        let slot = if is_a {
+            "A"
+        } else if is_b {
+            "B"
+        } else {
+            ""
+        };
+        let number = self.document.index_of(id).map_or(id.0, |i| i as u32 + 1);
+        let text_of = if slot.is_empty() { number.to_string() } else { format!("{number}{slot}") };
+        let font = egui::FontId::proportional(11.5);
+        ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, text_of, font, text);
+        if response.clicked() {
+            self.perform(ui.ctx(), Action::ChooseA(id));
+        }
+        let started = response.drag_started();
+        let help = "Drag to rearrange; click, or press its number, to make it pane A (with shift, pane B)";
+        response.on_hover_text(help).on_hover_cursor(egui::CursorIcon::Grab);
+        started
+    }
+
+    fn method_list(&mut self, ui: &mut Ui, id: PaneId, width: f32) {
+        let Some(state) = self.document.pane(id) else { return };
+        let about: Vec<_> = methods::all().iter().map(|m| m.about()).collect();
+        let titles: Vec<&str> = about.iter().map(|a| a.title).collect();
+        let before = about.iter().position(|a| a.id == state.method.id).unwrap_or(about.len());
+        let mut chosen = before;
+        let help =
+            about.get(chosen).map_or_else(String::new, |a| format!("{}\n\n{}\n\n{}", a.summary, a.limits, a.paper));
+        let list = combo(ui, &format!("method {id}"), &mut chosen, &titles, width);
+        list.accessible_name(format!("Method of pane {id}")).on_hover_text(help);
+        if let (true, Some(about)) = (chosen != before, about.get(chosen)) {
+            self.perform(ui.ctx(), Action::SetMethod(id, about.id.to_owned()));
+        }
+    }
+
+    fn show_list(&mut self, ui: &mut Ui, id: PaneId, width: f32) {
+        let Some(state) = self.document.pane(id) else { return };
+        let overlays = Inside::overlays(&state.method);
+        let names: Vec<&str> = Show::NAMES.into_iter().chain(overlays.iter().map(|(name, _)| *name)).collect();
+        let known = overlays.iter().position(|(_, overlay)| state.show == Show::Inside(overlay.clone()));
+        let before = known.map_or(state.show.index(), |i| Show::NAMES.len() + i);
+        let mut chosen = before;
+        let list = combo(ui, &format!("show {id}"), &mut chosen, &names, width);
+        list.accessible_name(format!("Shown in pane {id}"))
+            .on_hover_text("The picture, or what is behind it; what the method did at each pixel comes last");
+        if chosen != before {
+            let action = match chosen.checked_sub(Show::NAMES.len()).and_then(|i| overlays.get(i)) {
+                Some((_, overlay)) => Action::LookInside(id, overlay.clone()),
+                None => Action::SetShow(id, chosen),
+            };
+            self.perform(ui.ctx(), action);
+        }
+    }
+
+    /// The second row of the head: which difference, which texture.
+    fn details(&mut self, ui: &mut Ui, id: PaneId) {
+        let exposed: Vec<Exposed> = self.engine.pane(id).map_or_else(Vec::new, |pane| {
+            let exposed = |(name, t): (&str, &Texture)| Exposed {
+                name: name.to_owned(),
+                levels: t.levels(),
+                layers: t.layers(),
+                components: t.format().components(),
+                meaning: pane.meaning(name),
+            };
+            pane.exposed().map(exposed).collect()
+        });
+        let others: Vec<(PaneId, String)> = (self.document.panes.iter().enumerate())
+            .filter(|(_, p)| p.id != id)
+            .map(|(i, p)| (p.id, format!("pane {}: {}", i + 1, p.method.title())))
+            .collect();
+        let Some(state) = self.document.pane_mut(id) else { return };
+        match &mut state.show {
+            Show::Difference(difference) => difference_row(ui, id, difference, &others),
+            Show::Inside(inside) => inside_row(ui, id, inside, &mut state.opacity, &exposed),
+            _ => {}
+        }
+    }
+
+    /// The feet of all panes: what they say is about the pictures that were made in this
+    /// frame, so that they come after those.
+    pub(super) fn show_feet(&mut self, ui: &mut Ui) {
+        for (id, foot) in std::mem::take(&mut self.viewport.feet) {
+            ui.painter().rect_filled(foot, CornerRadius::ZERO, ui.visuals().panel_fill);
+            row_ui(ui, foot, ("foot", id), |ui| self.foot(ui, id));
+        }
+    }
+
+    /// Differences from the truth on the left, time on the right.
+    fn foot(&self, ui: &mut Ui, id: PaneId) {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            let pane = self.engine.pane(id);
+            if let Some(ms) = pane.and_then(|p| p.ms()) {
+                let each = if pane.is_some_and(|p| p.progress().is_some()) { " a view" } else { "" };
+                let help = match self.engine.gpu().is_software() {
+                    true => "Time of the last frame in which only this pane was drawn, from its submission: a software adapter has no times of its own",
+                    false => "GPU time of the method's last frame",
+                };
+                ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small()).on_hover_text(help);
+            }
+            if let Some(scale) = self.magnification(id, ui.ctx().pixels_per_point()) {
+                let help = "Pixels of the display for one of the picture; Z toggles between all of it and 100 %";
+                let text = RichText::new(format!("{} %", significant(f64::from(100.0 * scale)))).small();
+                ui.label(text).on_hover_text(help);
+            }
+            let method = self.document.pane(id).map(|pane| &pane.method);
+            if let Some(limit) = method.and_then(|method| aperture_limit(method, &self.document.lens.aperture)) {
+                ui.label(RichText::new("round aperture").small().color(ui.visuals().warn_fg_color))
+                    .on_hover_text(limit);
+            }
+            if let Some(divisor) = pane.map(|p| p.divisor()).filter(|divisor| *divisor > 1) {
+                let follows = pane.is_some_and(|p| p.is_drawn_beside());
+                let text = format!("drawn at 1/{divisor}{}", if follows { ", the whole follows" } else { "" });
+                let help = "The full picture takes longer than the interface can wait: it is drawn beside it once nothing moves";
+                ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color)).on_hover_text(help);
+            }
+            if self.engine.is_behind(id) {
+                ui.label(RichText::new("updates slower").small().color(ui.visuals().warn_fg_color))
+                    .on_hover_text("A frame of all panes takes longer than the display's interval: the pane under the pointer comes first");
+            }
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let FootText { text, help, is_current } = self.figures_text(id);
+                let text = RichText::new(text).small();
+                let text = if is_current { text } else { text.weak() };
+                ui.add(Label::new(text).truncate()).on_hover_text(help);
+            });
+        });
+    }
+
+    fn figures_text(&self, id: PaneId) -> FootText {
+        let progress = self.engine.pane(id).and_then(|pane| pane.progress());
+        if self.engine.reference() == Some(id) {
+            let points = progress.map_or_else(String::new, |(count, of)| format!(" · {count} of {of} lens points"));
+            let help = "The reference: the mean of this many views over the lens.";
+            return FootText::current(format!("reference{points}"), help);
+        }
+        let goal = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
+        foot_text(&self.engine.verdict(id), goal.map(|(_, samples)| samples))
+    }
+
+    fn pane_menu(&mut self, ui: &mut Ui, id: PaneId) {
+        let mut entry = |ui: &mut Ui, name: &str, action: Action| {
+            if ui.button(name).clicked() {
+                self.perform(ui.ctx(), action);
+                ui.close();
+            }
+        };
+        entry(ui, "Save as PNG…", Action::SavePicture(id, super::saving::PictureKind::Png));
+        entry(ui, "Save as EXR…", Action::SavePicture(id, super::saving::PictureKind::Exr));
+        entry(ui, "Copy image", Action::CopyImage(id));
+        ui.separator();
+        entry(ui, "Duplicate", Action::Duplicate(id));
+        entry(ui, "Use as pane B", Action::ChooseB(id));
+        entry(ui, "Default parameters", Action::ResetParams(id));
+    }
+}
+
+/// What a foot says of figures.
+struct FootText {
+    text: String,
+    help: String,
+    /// Whether it is about what is shown.
+    is_current: bool,
+}
+
+impl FootText {
+    fn current(text: impl Into<String>, help: impl Into<String>) -> Self {
+        Self { text: text.into(), help: help.into(), is_current: true }
+    }
+}
+
+/// A verdict in words. `goal`: lens points that the truth will have.
+fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
+    let help = "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
+    match verdict {
+        Verdict::Unasked => {
+            FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
+        }
+        Verdict::Pending => FootText::current("measuring …", "As soon as the picture rests"),
+        Verdict::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
+        Verdict::Current(Measured { result: Ok(figures), of }) => {
+            let points = match (of.truth.samples, goal) {
+                (Some(n), Some(goal)) if n < goal => format!(" · at {n} of {goal} points"),
+                (Some(n), _) => format!(" · at {n} points"),
+                (None, _) => String::new(),
+            };
+            FootText::current(figures_in_words(figures) + &points, help)
+        }
+        Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
+        Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
+            text: format!("before ({}): {}", departures.join(", "), figures_in_words(figures)),
+            help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
+                .into(),
+            is_current: false,
+        },
+    }
+}
+
+fn figures_in_words(figures: &Figures) -> String {
+    let psnr = match figures.psnr_db {
+        Some(db) => format!("{db:.1} dB"),
+        None => "identical".into(),
+    };
+    let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
+    format!("{psnr}{ssim} · FLIP {:.3}", figures.flip)
+}
+
+fn has_details(show: &Show) -> bool {
+    matches!(show, Show::Difference(_) | Show::Inside(_))
+}
+
+fn row_ui<R>(
+    ui: &mut Ui,
+    rect: Rect,
+    salt: impl std::hash::Hash + std::fmt::Debug,
+    add: impl FnOnce(&mut Ui) -> R,
+) -> R {
+    let inner = rect.shrink2(vec2(style::PANE_MARGIN, 0.0));
+    let builder = UiBuilder::new().id_salt(salt).max_rect(inner).layout(Layout::left_to_right(Align::Center));
+    let mut row = ui.new_child(builder);
+    row.set_clip_rect(rect.intersect(ui.clip_rect()));
+    row.spacing_mut().item_spacing.x = 6.0;
+    add(&mut row)
+}
+
+/// A method for a pane that is added beside `existing`: the reference first, then what is
+/// not there yet.
+pub fn method_to_add(document: &Document, is_scene: bool) -> MethodChoice {
+    if is_scene && document.reference().is_none() {
+        return MethodChoice::reference();
+    }
+    let shown = |id: &str| document.panes.iter().any(|p| p.method.id == id);
+    let other = methods::all().iter().map(|m| m.about()).find(|a| !shown(a.id) && (is_scene || !a.needs_scene));
+    MethodChoice::new(other.map_or("pinhole", |about| about.id))
+}

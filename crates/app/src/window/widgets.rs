@@ -1,0 +1,105 @@
+//! Rows of a name and an input, the one labelled by the other.
+
+use super::panels::Field;
+use super::style::NAME_WIDTH;
+use defocus::methods::{Param, Value};
+use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
+
+/// Height of an open list, points: all methods are in sight.
+const LIST_HEIGHT: f32 = 460.0;
+
+/// Width of the number beside a slider, points.
+const NUMBER_WIDTH: f32 = 90.0;
+
+/// A name, then whatever `add` adds, labelled by it.
+pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
+    ui.horizontal(|ui| {
+        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
+        let label = ui
+            .allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
+                ui.set_min_width(NAME_WIDTH);
+                ui.add(Label::new(name).truncate())
+            })
+            .inner;
+        let response = add(ui).labelled_by(label.id);
+        if help.is_empty() {
+            return response;
+        }
+        label.on_hover_text(help);
+        response.on_hover_text(help)
+    })
+    .inner
+}
+
+/// Gives a slider what a row has left beside its number.
+pub fn fit_slider(ui: &mut Ui) {
+    let spacing = ui.spacing().item_spacing.x;
+    // Numbers of one width, so that sliders and numbers stand in columns.
+    ui.spacing_mut().interact_size.x = NUMBER_WIDTH;
+    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
+}
+
+/// A choice from a list of names; true if another one was chosen.
+pub fn choice(ui: &mut Ui, name: &str, help: &str, chosen: &mut usize, names: &[&str]) -> bool {
+    let before = *chosen;
+    row(ui, name, help, |ui| combo(ui, name, chosen, names, ui.available_width()));
+    *chosen != before
+}
+
+/// The list alone, `width` points wide.
+pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width: f32) -> Response {
+    let selected = names.get(*chosen).copied().unwrap_or("–");
+    let list = ComboBox::from_id_salt(salt).width(width).height(LIST_HEIGHT).selected_text(selected).truncate();
+    // A long name is cut off at the end of the room there is, not at that of the list.
+    ui.scope(|ui| {
+        ui.set_max_width(width);
+        list.show_ui(ui, |ui| {
+            for (index, name) in names.iter().enumerate() {
+                ui.selectable_value(chosen, index, *name);
+            }
+        })
+        .response
+    })
+    .inner
+}
+
+/// The input of a method's parameter, which a double-click on its name sets back to
+/// `default`; true if it changed.
+pub fn param(ui: &mut Ui, param: Param<'_>, default: Option<f64>) -> bool {
+    let (name, help) = (param.label, param.help);
+    let with_space = |unit: &str| if unit.is_empty() { String::new() } else { format!(" {unit}") };
+    match param.value {
+        Value::Float { value, range, unit } => {
+            let (low, high) = (f64::from(range.0), f64::from(range.1));
+            let unit = with_space(unit);
+            let mut wide = f64::from(*value);
+            let field = Field { name, help, unit: &unit, range: low..=high, log: None, reset: default };
+            let changed = field.show(ui, &mut wide);
+            if changed {
+                *value = wide.clamp(low, high) as f32;
+            }
+            changed
+        }
+        Value::Int { value, range, unit } => {
+            let (low, high) = (f64::from(range.0), f64::from(range.1));
+            let unit = with_space(unit);
+            let (before, mut wide) = (*value, f64::from(*value));
+            // Counts over several powers of two are felt in ratios.
+            let log = (range.1 / range.0.max(1) > 64).then_some(low.max(1.0));
+            Field { name, help, unit: &unit, range: low..=high, log, reset: default }.show(ui, &mut wide);
+            *value = wide.round().clamp(low, high) as u32;
+            *value != before
+        }
+        Value::Switch(on) => row(ui, name, help, |ui| ui.checkbox(on, "")).changed(),
+        Value::Choice { value, names } => choice(ui, name, help, value, names),
+    }
+}
+
+/// A parameter as a number, if it is one.
+pub fn number_of(param: &Param<'_>) -> Option<f64> {
+    match &param.value {
+        Value::Float { value, .. } => Some(f64::from(**value)),
+        Value::Int { value, .. } => Some(f64::from(**value)),
+        Value::Switch(_) | Value::Choice { .. } => None,
+    }
+}
