@@ -93,8 +93,11 @@ fn estimated_error() -> f32 {
     return min(dot(shown, shown) / 3.0, 1.0);
 }
 
-/// Sum over the tile's pixels of their squared errors, in units of 1e-6.
-var<workgroup> tile_error: atomic<u32>;
+/// Most sets of lens points (`MAX_REFINE` in src/methods/adaptive/mod.rs).
+const MOST_SETS = 4u;
+
+/// Sum over the tile's pixels of their squared errors after each set, in units of 1e-6.
+var<workgroup> tile_error: array<atomic<u32>, MOST_SETS>;
 
 @compute @workgroup_size(8, 8)
 fn trace_complex(
@@ -112,13 +115,19 @@ fn trace_complex(
     let pixel = tile * TILE + local.xy;
     let inside = all(pixel < adaptive.size);
     let p = vec2f(pixel + adaptive.overscan) + 0.5;
-    cast_rays(p, index, 0u, select(0u, adaptive.points, inside));
-    atomicAdd(&tile_error, u32(1e6 * estimated_error()));
-    workgroupBarrier();
     let limit = 64e6 * adaptive.noise_limit * adaptive.noise_limit;
-    let noisy = f32(atomicLoad(&tile_error)) > limit;
-    let rays = select(adaptive.points, adaptive.most_points, noisy);
-    cast_rays(p, index, adaptive.points, select(0u, rays, inside));
+    // As many points again while the tile is noisy; loops that end at once, no branches: all
+    // invocations meet at the barriers.
+    var rays = 0u;
+    for (var k = 0u; k < MOST_SETS; k++) {
+        let end = min(rays + adaptive.points, adaptive.most_points);
+        let noisy = k == 0u || f32(atomicLoad(&tile_error[max(k, 1u) - 1u])) > limit;
+        let next = select(rays, end, noisy);
+        cast_rays(p, index, rays, select(rays, next, inside));
+        rays = next;
+        atomicAdd(&tile_error[k], u32(1e6 * estimated_error()));
+        workgroupBarrier();
+    }
     if !inside {
         return;
     }

@@ -9,28 +9,27 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
 /// Lens points of all 8x8 pixels of a tile, row by row: for each `count` by which its picture is
-/// made, and then those that noisy tiles add, up to `most` in all.
+/// made, and then those that noisy tiles add, `count` at a time and `most` in all.
 ///
-/// Each of the two sets is a Vogel spiral turned by interleaved gradient noise (Jimenez,
+/// Each of the sets is a Vogel spiral turned by interleaved gradient noise (Jimenez,
 /// "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014), taken from
-/// the disc to the aperture. Without `rotate` all pixels share them. Every `frame` has other angles
-/// and radii, as far from those of the frames before as can be: steps of Roberts's R2 sequence ("The
+/// the disc to the aperture. Without `rotate` all pixels share them. Every set, and every
+/// `frame`, has other angles and radii, as far from those before as can be: steps of Roberts's R2 sequence ("The
 /// Unreasonable Effectiveness of Quasirandom Sequences", 2018).
 pub fn lens_points(aperture: &Aperture, count: u32, most: u32, rotate: bool, frame: u32) -> Vec<[f32; 2]> {
     let pixel_points = |pixel: u32| {
         let noise = if rotate { gradient_noise(pixel % 8, pixel / 8) } else { 0.0 };
-        let spiral = move |count: u32, sequence: f64| {
-            let turn = noise + (sequence * 0.754_877_666_246_692_7).fract();
-            let ring = (0.5 + sequence * 0.569_840_290_998_053_3).fract();
-            (0..count).map(move |i| {
+        let sets = most.div_ceil(count.max(1));
+        (0..sets).flat_map(move |set| {
+            let sequence = f64::from(frame * sets + set);
+            let turn = noise + (sequence * 0.569_840_290_998_053_3).fract();
+            let ring = (0.5 + sequence * 0.754_877_666_246_692_7).fract();
+            (0..count.min(most - set * count)).map(move |i| {
                 let radius = ((f64::from(i) + ring) / f64::from(count)).sqrt();
                 let angle = GOLDEN_ANGLE * f64::from(i) + TAU * turn;
                 radius * dvec2(angle.cos(), angle.sin())
             })
-        };
-        // The second set of a frame lies half a step from the first.
-        let sequence = f64::from(frame);
-        spiral(count, sequence).chain(spiral(most - count.min(most), sequence + 0.5))
+        })
     };
     let on_aperture = |disc: DVec2| {
         let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };

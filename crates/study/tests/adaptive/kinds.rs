@@ -93,3 +93,39 @@ fn noisy_tiles_have_more_rays() {
     println!("{once:.2} dB, refined {often:.2} dB");
     assert!(often >= once + 1.0, "{once} dB and refined {often} dB");
 }
+
+/// What `view` shows, taken as an image with depth.
+fn as_image(view: &mut View) -> View {
+    let mut frame = gpu().frame();
+    let layer = view.pinhole(&mut frame);
+    frame.finish();
+    let color = defocus::gpu::download(gpu(), &layer.color);
+    let color = color.crop(glam::UVec2::splat(view.overscan_px()), view.size());
+    let fov_y = view.camera().unwrap().fov_y;
+    View::of_image(gpu(), &color, &view.depth_m(gpu()), fov_y).unwrap()
+}
+
+/// An image does not show what is behind a blurred card; what is beside it goes on there: straight
+/// outlines, corners, thin bars, and cards over cards.
+#[test]
+fn behind_what_an_image_shows_goes_on_what_is_beside_it() {
+    let wall = |material| quad(6.0, vec2(-40.0, -40.0), vec2(40.0, 40.0), material);
+    let card = |depth_m, low, high| covering(depth_m, low, high, 0);
+    let kinds = [
+        ("half", vec![card(0.9, [-80.0, -80.0], [3.0, 80.0])]),
+        ("corner", vec![card(1.0, [-80.0, -80.0], [5.0, 2.0])]),
+        ("bars", (0..5).map(|i| card(1.1, [20.0 * i as f32 - 48.0, -80.0], [20.0 * i as f32 - 44.0, 80.0])).collect()),
+        ("cards", vec![card(0.8, [-60.0, -60.0], [-10.0, 60.0]), covering(1.3, [-30.0, -20.0], [20.0, 25.0], 2)]),
+    ];
+    for (name, cards) in kinds {
+        let meshes = std::iter::once(wall(1)).chain(cards).collect();
+        let materials = vec![unlit(Vec3::splat(0.8)), unlit(Vec3::splat(0.1)), unlit(Vec3::new(0.9, 0.4, 0.1))];
+        let mut scene = view_of(meshes, materials);
+        let truth = render(&Accumulation { samples: 512, ..Accumulation::default() }, &mut scene, &lens());
+        let mut image = as_image(&mut scene);
+        let mut db = |layers| psnr_db(&render(&Adaptive { layers, ..Adaptive::default() }, &mut image, &lens()), &truth);
+        let (seen, guessed) = (db(1), db(4));
+        println!("{name}: {seen:.2} dB, and with what is hidden {guessed:.2} dB");
+        assert!(guessed >= 40.0 && guessed >= seen + 3.0, "{name}: {seen} dB, with what is hidden {guessed} dB");
+    }
+}

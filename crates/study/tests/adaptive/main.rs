@@ -17,7 +17,7 @@ use defocus::methods::adaptive::tiles::{BINS, TILE_PX, Tile, TileGrid};
 use defocus::methods::adaptive::{Adaptive, TURNED_FRAMES, lens_points};
 use defocus::methods::{self, Accumulation, Method};
 use defocus::scene::{Material, Mesh};
-use defocus::view::{GpuScene, LayerSeparation, PeelOrder, Peeled, SurfaceOptions, View};
+use defocus::view::{FineDrawing, GpuScene, LayerSeparation, PeelOrder, Peeled, SurfaceOptions, View};
 use defocus_study::metrics::{self, CompareOptions};
 use defocus_study::stress::Combination;
 use glam::{DVec2, UVec2, Vec3, Vec4, dvec2, uvec2, vec2, vec3};
@@ -466,6 +466,27 @@ fn layers_are_drawn_once_and_only_where_something_hidden_can_show() {
     assert_eq!(first.views, 4 * (4 + 3), "{first:?}");
     let refocused = stats(&mut view, &common::lens(11.0, 2.1));
     assert_eq!(refocused.views, 0, "a lens slider draws nothing: {refocused:?}");
+}
+
+/// Where coverage alone counts, the same samples: hardware draws them so.
+#[test]
+fn layers_drawn_at_once_are_those_that_are_interleaved() {
+    let drawn = |drawing| {
+        let mut view = bars();
+        view.set_fine_drawing(drawing);
+        let mut frame = gpu().frame();
+        let texture = methods::record(&Adaptive::default(), &mut frame, &mut view, &lens()).unwrap();
+        let views = frame.finish().stats.views;
+        (download(gpu(), &texture), views)
+    };
+    let (interleaved, many) = drawn(FineDrawing::Interleaved);
+    let (at_once, few) = drawn(FineDrawing::AtOnce);
+    let db = psnr_db(&at_once, &interleaved);
+    println!("{db:.1} dB, {few} draws for {many}");
+    // The pinhole image, samples, and three hidden layers.
+    assert_eq!(few, 5);
+    // Edges fall on either side of a sample where they pass through it.
+    assert!(db >= 50.0, "{db} dB");
 }
 
 #[test]
