@@ -30,9 +30,11 @@ fn store_sums(pixel: vec2u, hits: f32) {
 var<private> hit_count: f32;
 var<private> read_count: u32;
 var<private> layer_sum: f32;
-/// Sum of the colours of every other ray less that of the rest, each as the composite's
-/// filter leaves of its noise.
+/// Sum of the colours of every other ray less that of the rest.
 var<private> imbalance: vec3f;
+/// The share of noise that the composite's filter leaves in the sharpest bucket that was hit:
+/// what a bucket covers of those behind it is as noisy as itself.
+var<private> unfiltered: f32;
 
 /// The share of independent noise, as a standard deviation, that the composite's filter leaves in a
 /// bucket: all in the sharp one, which is not filtered; else that of [1 2 1] / 4 or
@@ -48,7 +50,8 @@ fn add_hit(s: f32, color: vec3f, number: u32) {
     let bucket = bucket_of(s);
     sums[bucket] += vec4f(color, 1.0);
     hit_count += 1.0;
-    imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * noise_left(bucket) * color;
+    imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * color;
+    unfiltered = max(unfiltered, noise_left(bucket));
 }
 
 /// Casts the rays of a pixel through its lens points from `first` up to `end`.
@@ -86,7 +89,7 @@ fn estimated_error() -> f32 {
         sum += sums[b].rgb;
     }
     let mean = sum / hit_count;
-    let error = imbalance / hit_count;
+    let error = unfiltered * imbalance / hit_count;
     // Slope of the sRGB curve, and none where the display is at its brightest.
     let slope = min(vec3f(12.92), 0.44 * pow(max(mean, vec3f(1e-4)), vec3f(-0.583)));
     let shown = select(slope, vec3f(0.0), mean - abs(error) > vec3f(1.0)) * error;

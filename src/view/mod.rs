@@ -190,6 +190,27 @@ impl View {
         Ok(Self { repaired: Repaired::Counted(repaired_pixels), ..Self::of_layer(layer, near_m, fov_y) })
     }
 
+    /// The pinhole image of the inner frame with its depth, as a view that knows nothing else. Errors for
+    /// a size that the adapter cannot draw.
+    pub fn as_image(&mut self, gpu: &Gpu) -> Result<Self, ViewError> {
+        let Projection { size, overscan_px, focal_px, near_m, .. } = self.projection;
+        check_size(gpu, size, 0)?;
+        let mut frame = gpu.frame();
+        let outer = self.pinhole(&mut frame);
+        let mut inner = |texture: &Texture| {
+            let cropped = gpu.texture("inner frame", size, texture.format());
+            let mut from = texture.raw().as_image_copy();
+            (from.origin.x, from.origin.y) = (overscan_px, overscan_px);
+            let copied = wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 };
+            frame.encoder().copy_texture_to_texture(from, cropped.raw().as_image_copy(), copied);
+            cropped
+        };
+        let layer = Layer { color: inner(&outer.color), depth: inner(&outer.depth) };
+        frame.finish();
+        let fov_y = 2.0 * (0.5 * f64::from(size.y) / focal_px).atan();
+        Ok(Self::of_layer(layer, near_m, fov_y))
+    }
+
     /// A view of textures that already hold a pinhole image and stored depth near / d.
     pub fn of_layer(layer: Layer, near_m: f64, fov_y: f64) -> Self {
         let camera = Camera { fov_y, near_m, ..Camera::look_at(glam::DVec3::ZERO, glam::DVec3::NEG_Z, fov_y, near_m) };

@@ -41,7 +41,9 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         stereo: None,
         mipmaps: !matches!(reference, Some(Reference::RayTrace)),
     })?;
-    let (methods, not_run) = runnable(methods, &setup.view);
+    let gpu = setup.gpu();
+    let image = args.view.as_image.then(|| setup.view.as_image(&gpu)).transpose()?;
+    let (methods, not_run) = runnable(methods, image.as_ref().unwrap_or(&setup.view));
     ensure!(
         args.methods == "all" || not_run.is_empty(),
         "{}",
@@ -51,6 +53,8 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let truth = truth(args, &mut setup, reference, &bar)?;
+    // The truth is the scene's; methods see the image.
+    setup.view = image.unwrap_or(setup.view);
     let comparison = compare_all(args, &mut setup, &methods, truth.as_ref(), &bar)?;
     drop(bar);
     let json = CompareJson::new(setup.setting(), truth.as_ref(), &comparison, not_run);

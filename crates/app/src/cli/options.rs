@@ -143,6 +143,9 @@ pub struct ViewOptions {
     /// Shade references from each point of the lens, so that reflections shift
     #[arg(long)]
     pub view_dependent: bool,
+    /// Show methods the pinhole image of a scene with its depth, and nothing else: as if it were a picture
+    #[arg(long)]
+    pub as_image: bool,
     /// Set a parameter of a method (repeatable), as `defocus methods` lists them
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,

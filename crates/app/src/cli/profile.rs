@@ -67,6 +67,9 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         stereo: None,
         mipmaps: true,
     })?;
+    if args.view.as_image {
+        setup.show_as_image()?;
+    }
     let during = match args.during {
         WhileName::Still => While::Still,
         WhileName::Lens => While::Lens,

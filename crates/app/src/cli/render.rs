@@ -46,6 +46,10 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         mipmaps: true,
         stereo: stereo.map(|stereo| stereo.layout),
     })?;
+    if args.view.as_image {
+        ensure!(stereo.is_none(), "a picture has one eye: leave out --stereo or --as-image");
+        setup.show_as_image()?;
+    }
     print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let mut draw = |setup: &mut Setup| match &method {

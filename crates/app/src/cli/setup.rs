@@ -108,6 +108,13 @@ impl Setup {
         Ok(())
     }
 
+    /// From now on there is the pinhole image of the inner frame with its depth alone.
+    pub fn show_as_image(&mut self) -> anyhow::Result<()> {
+        let gpu = self.gpu();
+        self.view = self.view.as_image(&gpu)?;
+        Ok(())
+    }
+
     /// The GPU.
     pub fn gpu(&self) -> Gpu {
         self.source.gpu().clone()

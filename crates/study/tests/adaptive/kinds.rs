@@ -94,17 +94,6 @@ fn noisy_tiles_have_more_rays() {
     assert!(often >= once + 1.0, "{once} dB and refined {often} dB");
 }
 
-/// What `view` shows, taken as an image with depth.
-fn as_image(view: &mut View) -> View {
-    let mut frame = gpu().frame();
-    let layer = view.pinhole(&mut frame);
-    frame.finish();
-    let color = defocus::gpu::download(gpu(), &layer.color);
-    let color = color.crop(glam::UVec2::splat(view.overscan_px()), view.size());
-    let fov_y = view.camera().unwrap().fov_y;
-    View::of_image(gpu(), &color, &view.depth_m(gpu()), fov_y).unwrap()
-}
-
 /// An image does not show what is behind a blurred card; what is beside it goes on there: straight
 /// outlines, corners, thin bars, and cards over cards.
 #[test]
@@ -122,8 +111,9 @@ fn behind_what_an_image_shows_goes_on_what_is_beside_it() {
         let materials = vec![unlit(Vec3::splat(0.8)), unlit(Vec3::splat(0.1)), unlit(Vec3::new(0.9, 0.4, 0.1))];
         let mut scene = view_of(meshes, materials);
         let truth = render(&Accumulation { samples: 512, ..Accumulation::default() }, &mut scene, &lens());
-        let mut image = as_image(&mut scene);
-        let mut db = |layers| psnr_db(&render(&Adaptive { layers, ..Adaptive::default() }, &mut image, &lens()), &truth);
+        let mut image = scene.as_image(gpu()).unwrap();
+        let mut db =
+            |layers| psnr_db(&render(&Adaptive { layers, ..Adaptive::default() }, &mut image, &lens()), &truth);
         let (seen, guessed) = (db(1), db(4));
         println!("{name}: {seen:.2} dB, and with what is hidden {guessed:.2} dB");
         assert!(guessed >= 40.0 && guessed >= seen + 3.0, "{name}: {seen} dB, with what is hidden {guessed} dB");
