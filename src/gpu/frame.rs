@@ -208,7 +208,7 @@ impl<'g> Frame<'g> {
     }
 
     /// A buffer as a resource, cleared first where that is due.
-    fn used(&mut self, buffer: &Buffer) -> Resource {
+    pub(crate) fn used(&mut self, buffer: &Buffer) -> Resource {
         self.clear_unclean(buffer);
         Resource::Buffer(buffer.raw().clone())
     }
@@ -413,17 +413,17 @@ impl<'g> Frame<'g> {
                 gpu.0.chunks.give_back(chunks);
             }
             Encoder::Host(encoder) => {
-                let free = gpu.0.chunks.clone();
+                let lent = gpu.0.chunks.lend(chunks);
                 match times {
                     Some(buffer) => {
                         encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., move |result| {
                             done(result.is_ok());
                         });
-                        encoder.on_submitted_work_done(move || free.give_back(chunks));
+                        encoder.on_submitted_work_done(move || drop(lent));
                     }
                     None => encoder.on_submitted_work_done(move || {
                         done(true);
-                        free.give_back(chunks);
+                        drop(lent);
                     }),
                 }
             }

@@ -12,6 +12,7 @@ mod peel;
 mod pipelines;
 mod raster;
 mod samples;
+mod slabs;
 mod summary;
 mod upload;
 
@@ -21,6 +22,7 @@ pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
+pub use slabs::{MAX_SLABS_AT_ONCE, SlabArrays, SlabShot};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};

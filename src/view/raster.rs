@@ -85,7 +85,7 @@ impl SceneSource {
             depth: frame.texture("layer depth", size, STORED_DEPTH),
         };
         let kind = if shot.query.is_nearest() { LayerKind::Nearest } else { LayerKind::Farther };
-        self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth]);
+        self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth], None);
         layer
     }
 
@@ -99,12 +99,35 @@ impl SceneSource {
             normal_metallic: frame.texture("layer normal", size, COLOR),
         };
         let targets = [&layer.emitted, &layer.depth, &layer.base_roughness, &layer.normal_metallic];
-        self.draw_into(frame, label, shot, LayerKind::Attributes, &targets);
+        self.draw_into(frame, label, shot, LayerKind::Attributes, &targets, None);
         layer
     }
 
-    fn draw_into(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>, kind: LayerKind, targets: &[&Texture]) {
-        let depth_buffer = frame.texture("depth buffer", targets[0].size(), DEPTH_BUFFER);
+    /// Draws all slabs at once into what `bound` holds, in the order of `kind`: a uniform
+    /// with an offset, then the rest.
+    pub(super) fn draw_slabs(
+        &self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        shot: &Shot<'_>,
+        kind: LayerKind,
+        bound: &[Resource],
+    ) {
+        let group = self.scene.pipelines.bind_slabs(frame, kind, bound);
+        self.draw_into(frame, label, shot, kind, &[], Some((&group, bound[0].offset())));
+    }
+
+    /// Draws a layer into targets, or slabs into a bind group with its offset.
+    fn draw_into(
+        &self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        shot: &Shot<'_>,
+        kind: LayerKind,
+        targets: &[&Texture],
+        slabs: Option<(&wgpu::BindGroup, u32)>,
+    ) {
+        let depth_buffer = frame.texture("depth buffer", shot.projection.outer_size(), DEPTH_BUFFER);
         let visible = self.cull(&shot.clip_from_view, &shot.query);
         frame.stats.triangles += visible.iter().map(VisibleItem::triangles).sum::<u64>();
         frame.stats.views += 1;
@@ -136,6 +159,9 @@ impl SceneSource {
             ..Default::default()
         });
         pass.set_bind_group(0, &bind_group, &[offset]);
+        if let Some((group, offset)) = slabs {
+            pass.set_bind_group(2, group, &[offset]);
+        }
         pass.set_vertex_buffer(0, self.scene.vertices.slice(..));
         pass.set_vertex_buffer(1, instances.buffer.slice(u64::from(instances.offset)..));
         pass.set_index_buffer(self.scene.indices.slice(..), wgpu::IndexFormat::Uint32);
