@@ -19,6 +19,7 @@ mod pool;
 mod radix_sort;
 mod readback;
 mod reads;
+mod schedule;
 mod wgsl;
 
 pub(crate) use bind_groups::Resource;
@@ -31,10 +32,12 @@ pub use memo::Memo;
 pub use pool::{Buffer, Texture, TextureKey};
 pub use radix_sort::sort_pairs;
 pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
+pub use schedule::{ParseScheduleError, Schedule};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
 use device::SOFTWARE;
 use glam::UVec2;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
 /// Usages of storage buffers: passes may also copy and clear them.
@@ -70,6 +73,8 @@ struct Inner {
     /// Multiple of bytes at which uniforms may begin.
     uniform_alignment: u32,
     memo: Memo,
+    /// Whether tiles are worked on by branches.
+    by_branches: AtomicBool,
     /// Whether timestamps say anything.
     has_stamps: bool,
     /// Query sets that no frame in flight uses.
@@ -110,6 +115,7 @@ impl Gpu {
         let adapter = AdapterSummary::of(adapter);
         // See `timed_frame` on those of software.
         let has_stamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && adapter.kind != SOFTWARE;
+        let schedule = Schedule::of(adapter.kind);
         let uniform_alignment = device.limits().min_uniform_buffer_offset_alignment;
         Self(Arc::new(Inner {
             device,
@@ -121,6 +127,7 @@ impl Gpu {
             chunks: Default::default(),
             uniform_alignment,
             memo: Memo::default(),
+            by_branches: AtomicBool::new(schedule == Schedule::Branches),
             has_stamps,
             queries: Mutex::default(),
         }))
@@ -233,6 +240,16 @@ impl Gpu {
         buffer
     }
 
+    /// How work on tiles of several kinds is dispatched.
+    pub fn schedule(&self) -> Schedule {
+        if self.0.by_branches.load(Ordering::Relaxed) { Schedule::Branches } else { Schedule::TileLists }
+    }
+
+    /// From the next frame on dispatches work on tiles like this, whatever the adapter.
+    pub fn set_schedule(&self, schedule: Schedule) {
+        self.0.by_branches.store(schedule == Schedule::Branches, Ordering::Relaxed);
+    }
+
     /// What was made from parameters and is used again: tables of apertures, lens points.
     pub fn memo(&self) -> &Memo {
         &self.0.memo
@@ -241,6 +258,12 @@ impl Gpu {
     /// Largest texture side, px.
     pub fn max_texture_side(&self) -> u32 {
         self.0.device.limits().max_texture_dimension_2d
+    }
+
+    /// Bytes of the largest buffer that a shader can read or write as a whole.
+    pub fn largest_binding_bytes(&self) -> u64 {
+        let limits = self.0.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
     /// Bytes of all pooled textures and buffers, in use or free.
