@@ -10,9 +10,11 @@ const CHUNK_BYTES: usize = 128 * 1024;
 /// their numbers.
 const REMEMBERED: usize = 12;
 
-/// What pieces of data are used as.
-const USAGE: wgpu::BufferUsages =
-    wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::VERTEX).union(wgpu::BufferUsages::COPY_DST);
+/// What pieces of data are used as; also to be copied from.
+const USAGE: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM
+    .union(wgpu::BufferUsages::VERTEX)
+    .union(wgpu::BufferUsages::COPY_DST)
+    .union(wgpu::BufferUsages::COPY_SRC);
 
 /// A buffer that is filled from its start.
 pub(super) struct Chunk {

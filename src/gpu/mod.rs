@@ -22,6 +22,7 @@ mod reads;
 mod schedule;
 mod wgsl;
 
+pub(crate) use arena::Piece;
 pub(crate) use bind_groups::Resource;
 pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
