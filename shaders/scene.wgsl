@@ -81,7 +81,8 @@ struct VertexIn {
 }
 
 struct Surface {
-    @builtin(position) clip: vec4f,
+    /// The same whichever pipeline draws it: depths of one draw are looked for in another.
+    @builtin(position) @invariant clip: vec4f,
     @location(0) position: vec3f,
     @location(1) normal: vec3f,
     @location(2) tangent: vec4f,
@@ -314,6 +315,156 @@ fn fs_sky_attributes(in: Sky) -> Attributes {
         discard;
     }
     return unshaded(sky_color(in), 0.0);
+}
+
+// ---- many slabs at once: their depths, then what is there ----
+
+struct SlabDraw {
+    /// Greatest and least stored depth of each slab, both included.
+    ranges: array<vec4f, 16>,
+    /// Size of the arrays, and texels left of and above the frame in them.
+    size: vec2u,
+    padding: vec2u,
+    /// Layer of the first slab, and how many there are.
+    first: u32,
+    count: u32,
+}
+
+@group(2) @binding(0) var<uniform> slabs: SlabDraw;
+/// By slab and texel: bits of the greatest z plus 1, 0 where nothing was found.
+@group(2) @binding(1) var<storage, read_write> nearest: array<atomic<u32>>;
+/// Stored depth of what was found.
+@group(2) @binding(1) var slab_depths: texture_2d_array<f32>;
+@group(2) @binding(2) var slab_color: texture_storage_2d_array<rgba16float, write>;
+@group(2) @binding(3) var slab_base: texture_storage_2d_array<rgba16float, write>;
+@group(2) @binding(4) var slab_normal: texture_storage_2d_array<rgba16float, write>;
+
+/// z as it is stored: not -0, whose bits would be the greatest.
+fn slab_z(pixel: vec4f) -> f32 {
+    return max(pixel.z, 0.0);
+}
+
+fn in_slab(i: u32, z: f32) -> bool {
+    return z <= slabs.ranges[i].x && z >= slabs.ranges[i].y;
+}
+
+fn slab_texel(pixel: vec4f) -> vec2u {
+    return vec2u(pixel.xy) + slabs.padding;
+}
+
+fn mark_depth(pixel: vec4f) {
+    let texel = slab_texel(pixel);
+    let z = slab_z(pixel);
+    for (var i = 0u; i < slabs.count; i++) {
+        if in_slab(i, z) {
+            atomicMax(&nearest[(i * slabs.size.y + texel.y) * slabs.size.x + texel.x], bitcast<u32>(z) + 1u);
+        }
+    }
+}
+
+@fragment
+fn fs_slab_depths(in: Surface) {
+    mark_depth(in.clip);
+}
+
+@fragment
+fn fs_masked_slab_depths(in: Surface) {
+    if base_color(in).a >= material.alpha_cutoff {
+        mark_depth(in.clip);
+    }
+}
+
+/// The slabs whose nearest surface this fragment is, a bit each.
+fn slabs_of(pixel: vec4f) -> u32 {
+    let z = slab_z(pixel);
+    var found = 0u;
+    for (var i = 0u; i < slabs.count; i++) {
+        if in_slab(i, z) && textureLoad(slab_depths, slab_texel(pixel), slabs.first + i, 0).r == z {
+            found |= 1u << i;
+        }
+    }
+    return found;
+}
+
+/// Whether any fragment of a quad is one that counts: all of the quad has to be shaded then,
+/// for the derivatives of texture coordinates.
+fn any_of_quad(counts: bool) -> bool {
+    let own = select(0.0, 1.0, counts);
+    let of_row = max(own, abs(dpdxFine(own)));
+    return max(of_row, abs(dpdyFine(of_row))) > 0.0;
+}
+
+fn finite_color(rgb: vec3f) -> vec3f {
+    return select(vec3f(0.0), rgb, vec3<bool>(is_finite(vec3f(rgb.r)), is_finite(vec3f(rgb.g)), is_finite(vec3f(rgb.b))));
+}
+
+fn store_color(pixel: vec4f, found: u32, color: vec3f) {
+    let seen = vec4f(finite_color(layer(color, 0.0).color.rgb), 1.0);
+    var left = found;
+    while left != 0u {
+        let slab = slabs.first + firstTrailingBit(left);
+        left &= left - 1u;
+        textureStore(slab_color, slab_texel(pixel), slab, seen);
+    }
+}
+
+@fragment
+fn fs_slabs(in: Surface, @builtin(front_facing) front: bool) {
+    let found = slabs_of(in.clip);
+    if any_of_quad(found != 0u) {
+        let base = base_color(in);
+        let color = radiance(in, front, base);
+        if base.a >= material.alpha_cutoff {
+            store_color(in.clip, found, color);
+        }
+    }
+}
+
+@fragment
+fn fs_slab_surfaces(in: Surface, @builtin(front_facing) front: bool) {
+    let found = slabs_of(in.clip);
+    if any_of_quad(found != 0u) {
+        let base = base_color(in);
+        var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
+        if !UNLIT {
+            point = surface_point(in, front, base);
+        }
+        if base.a >= material.alpha_cutoff {
+            store_color(in.clip, found, point.emitted);
+            var left = found;
+            while left != 0u {
+                let slab = slabs.first + firstTrailingBit(left);
+                left &= left - 1u;
+                textureStore(slab_base, slab_texel(in.clip), slab, vec4f(point.base_color, point.roughness));
+                textureStore(slab_normal, slab_texel(in.clip), slab, vec4f(point.normal, point.metallic));
+            }
+        }
+    }
+}
+
+@fragment
+fn fs_sky_slab_depths(in: Sky) {
+    mark_depth(vec4f(in.clip.xy, 0.0, 1.0));
+}
+
+@fragment
+fn fs_sky_slabs(in: Sky) {
+    let pixel = vec4f(in.clip.xy, 0.0, 1.0);
+    store_color(pixel, slabs_of(pixel), sky_color(in));
+}
+
+@fragment
+fn fs_sky_slab_surfaces(in: Sky) {
+    let pixel = vec4f(in.clip.xy, 0.0, 1.0);
+    let found = slabs_of(pixel);
+    store_color(pixel, found, sky_color(in));
+    var left = found;
+    while left != 0u {
+        let slab = slabs.first + firstTrailingBit(left);
+        left &= left - 1u;
+        textureStore(slab_base, slab_texel(pixel), slab, vec4f(0.0));
+        textureStore(slab_normal, slab_texel(pixel), slab, vec4f(0.0));
+    }
 }
 
 // ---- where a layer is said to hold nothing: in front of everything ----

@@ -71,12 +71,14 @@ methods! {
     mipmap: "mipmap" [];
     mipmap_as_printed: "mipmap" [("filter", "as printed")];
     multiview: "multiview" [("samples", "8"), ("slabs", "2")];
+    multiview_together: "multiview" [("samples", "8"), ("slabs", "4")];
     preblur: "preblur" [];
     separable: "separable" [];
     linear: "linear" [];
     pyramid: "pyramid" [];
     opaque: "opaque" [];
     splat: "splat" [];
+    splat_by_sprites: "splat" [("by", "sprites")];
     adaptive: "adaptive" [("fineness", "1"), ("draws", "1"), ("layers", "2")];
     adaptive_with_more_samples: "adaptive" [("fineness", "1"), ("draws", "2"), ("layers", "1")];
 }

@@ -2,8 +2,7 @@
 
 mod common;
 
-use common::gpu;
-use defocus::aperture::{Aperture, ApertureImage};
+use common::{apertures, gpu};
 use defocus::gpu::{Precision, download};
 use defocus::image::{ColorImage, Image};
 use defocus::lens::Lens;
@@ -11,21 +10,6 @@ use defocus::methods::sprites::SpriteTable;
 use defocus::methods::{self, Splat};
 use defocus::view::View;
 use glam::{DVec2, UVec2, Vec3, dvec2, uvec2};
-use std::sync::Arc;
-
-/// Every kind of aperture, asymmetric ones among them.
-fn apertures() -> Vec<Aperture> {
-    // An L: no symmetry at all.
-    let pixels = vec![1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 0.25];
-    let image = ApertureImage::new("L", uvec2(3, 3), pixels).unwrap();
-    vec![
-        Aperture::Disc,
-        Aperture::polygon(3),
-        Aperture::Polygon { blades: 6, rotation_deg: 11.0, roundness: 0.3 },
-        Aperture::Gaussian { sigma_per_coc: 0.25 },
-        Aperture::Image(Arc::new(image)),
-    ]
-}
 
 /// Sum, mean and variance per axis of what a sprite gives to the pixels around it.
 struct Moments {

@@ -21,6 +21,9 @@ struct Sprites {
     cells: u32,
     /// Margin around the inner frame, px: image position minus position on the target.
     overscan: u32,
+    /// |v| up to which the IDF is constant, and what it is there, its integral being 1.
+    solid: f32,
+    solid_intensity: f32,
 }
 
 /// Integral of the IDF over the rectangle between 0 and v, signed. `sums` holds, per cell,

@@ -96,6 +96,48 @@ fn gather_surfaces(@builtin(global_invocation_id) id: vec3u) {
     }
 }
 
+// ---- slabs that are drawn at once: `scene.wgsl` ----
+
+/// By slab and texel: bits of the greatest z plus 1, 0 where nothing was found.
+@group(0) @binding(15) var<storage, read> found: array<u32>;
+
+/// Puts the depths of slabs into the array, from slab `gather.slab` on, one for each layer of
+/// the grid, and notes which each really holds. Colours are emptied; what is not, is drawn.
+@compute @workgroup_size(16, 16)
+fn gather_depths(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    let slab = gather.slab + id.z;
+    if index == 0u {
+        atomicStore(&nearest, 0u);
+        atomicStore(&farthest, 0xffffffffu);
+    }
+    workgroupBarrier();
+    let size = textureDimensions(slab_color);
+    if all(id.xy < size) {
+        let bits = found[(id.z * size.y + id.y) * size.x + id.x];
+        if bits != 0u {
+            atomicMax(&nearest, bits);
+            atomicMin(&farthest, bits - 1u);
+        }
+        let z = select(EMPTY_Z, bitcast<f32>(bits - 1u), bits != 0u);
+        textureStore(slab_color, id.xy, slab, vec4f(0.0));
+        textureStore(slab_depth, id.xy, slab, vec4f(z, 0.0, 0.0, 0.0));
+    }
+    workgroupBarrier();
+    if index == 0u {
+        atomicMax(&content[2u * slab], atomicLoad(&nearest));
+        atomicMin(&content[2u * slab + 1u], atomicLoad(&farthest));
+    }
+}
+
+/// The same for what surfaces are made of.
+@compute @workgroup_size(8, 8)
+fn empty_surfaces(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < textureDimensions(slab_base)) {
+        textureStore(slab_base, id.xy, gather.slab + id.z, vec4f(0.0));
+        textureStore(slab_normal, id.xy, gather.slab + id.z, vec4f(0.0));
+    }
+}
+
 // ---- mipmaps, of what is premultiplied with its coverage ----
 
 @group(0) @binding(6) var finer: texture_2d_array<f32>;

@@ -10,9 +10,11 @@ const CHUNK_BYTES: usize = 128 * 1024;
 /// their numbers.
 const REMEMBERED: usize = 12;
 
-/// What pieces of data are used as.
-const USAGE: wgpu::BufferUsages =
-    wgpu::BufferUsages::UNIFORM.union(wgpu::BufferUsages::VERTEX).union(wgpu::BufferUsages::COPY_DST);
+/// What pieces of data are used as; also to be copied from.
+const USAGE: wgpu::BufferUsages = wgpu::BufferUsages::UNIFORM
+    .union(wgpu::BufferUsages::VERTEX)
+    .union(wgpu::BufferUsages::COPY_DST)
+    .union(wgpu::BufferUsages::COPY_SRC);
 
 /// A buffer that is filled from its start.
 pub(super) struct Chunk {
@@ -56,8 +58,26 @@ impl Chunks {
         }
     }
 
+    /// `chunks` as what gives them back when it goes: when the commands that read them are
+    /// done, or were given up with the encoder that was to hold them.
+    pub(super) fn lend(&self, chunks: Vec<Chunk>) -> Lent {
+        Lent { chunks, free: self.clone() }
+    }
+
     fn lock(&self) -> std::sync::MutexGuard<'_, Vec<Chunk>> {
         self.0.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
+    }
+}
+
+/// Chunks that are given back when this goes.
+pub(super) struct Lent {
+    chunks: Vec<Chunk>,
+    free: Chunks,
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        self.free.give_back(std::mem::take(&mut self.chunks));
     }
 }
 

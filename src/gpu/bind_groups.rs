@@ -1,8 +1,8 @@
 //! Bind groups, kept while they are used.
 
 use super::arena::Piece;
-use std::collections::HashMap;
-use std::hash::{DefaultHasher, Hash, Hasher};
+use rustc_hash::{FxHashMap, FxHasher};
+use std::hash::{Hash, Hasher};
 use std::sync::{Mutex, PoisonError};
 
 /// Something bound to a name. Two are equal if binding one for the other changes no bind
@@ -67,7 +67,7 @@ struct Made {
 
 /// Bind groups by the hash of what they bind.
 #[derive(Default)]
-pub(super) struct BindGroups(Mutex<HashMap<u64, Made>>);
+pub(super) struct BindGroups(Mutex<FxHashMap<u64, Made>>);
 
 impl BindGroups {
     /// The group of `layout` that binds these, made unless that was done lately.
@@ -78,7 +78,7 @@ impl BindGroups {
         bindings: impl Iterator<Item = (u32, &'a Resource)> + Clone,
         frame: u64,
     ) -> wgpu::BindGroup {
-        let mut hasher = DefaultHasher::new();
+        let mut hasher = FxHasher::default();
         layout.hash(&mut hasher);
         bindings.clone().for_each(|(_, resource)| resource.hash(&mut hasher));
         let hash = hasher.finish();

@@ -19,8 +19,10 @@ mod pool;
 mod radix_sort;
 mod readback;
 mod reads;
+mod schedule;
 mod wgsl;
 
+pub(crate) use arena::Piece;
 pub(crate) use bind_groups::Resource;
 pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
@@ -31,11 +33,14 @@ pub use memo::Memo;
 pub use pool::{Buffer, Texture, TextureKey};
 pub use radix_sort::sort_pairs;
 pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
+pub use schedule::{ParseScheduleError, Schedule};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
 use device::SOFTWARE;
 use glam::UVec2;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
+use std::thread::ThreadId;
 
 /// Usages of storage buffers: passes may also copy and clear them.
 const STORAGE: wgpu::BufferUsages =
@@ -69,11 +74,31 @@ struct Inner {
     chunks: arena::Chunks,
     /// Multiple of bytes at which uniforms may begin.
     uniform_alignment: u32,
+    /// Bytes of the largest buffer that a shader can read or write as a whole.
+    largest_binding_bytes: u64,
+    /// Greatest side of a texture, px.
+    greatest_side: u32,
+    /// What was asked for beyond these, by the thread that asked.
+    refused: Mutex<Vec<(ThreadId, Refused)>>,
     memo: Memo,
+    /// Whether tiles are worked on by branches.
+    by_branches: AtomicBool,
     /// Whether timestamps say anything.
     has_stamps: bool,
     /// Query sets that no frame in flight uses.
     queries: Mutex<Vec<wgpu::QuerySet>>,
+}
+
+/// A texture or buffer that is larger than the device allows.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("'{what}' would take {needed}, and this device allows {allowed}")]
+pub struct Refused {
+    /// What it is for.
+    pub what: String,
+    /// Its size, with unit.
+    pub needed: String,
+    /// The greatest size that is allowed.
+    pub allowed: String,
 }
 
 /// Frames after which bind groups that were not used are forgotten.
@@ -110,7 +135,8 @@ impl Gpu {
         let adapter = AdapterSummary::of(adapter);
         // See `timed_frame` on those of software.
         let has_stamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY) && adapter.kind != SOFTWARE;
-        let uniform_alignment = device.limits().min_uniform_buffer_offset_alignment;
+        let schedule = Schedule::of(adapter.kind);
+        let limits = device.limits();
         Self(Arc::new(Inner {
             device,
             queue,
@@ -119,8 +145,12 @@ impl Gpu {
             kernels,
             bind_groups: Default::default(),
             chunks: Default::default(),
-            uniform_alignment,
+            uniform_alignment: limits.min_uniform_buffer_offset_alignment,
+            largest_binding_bytes: limits.max_storage_buffer_binding_size.min(limits.max_buffer_size),
+            greatest_side: limits.max_texture_dimension_2d,
+            refused: Mutex::default(),
             memo: Memo::default(),
+            by_branches: AtomicBool::new(schedule == Schedule::Branches),
             has_stamps,
             queries: Mutex::default(),
         }))
@@ -188,19 +218,29 @@ impl Gpu {
         self.texture_of(label, TextureKey { size, levels: 1, layers: 1, format })
     }
 
-    /// A pooled texture with mipmap levels or array layers, content undefined.
-    pub fn texture_of(&self, label: &str, key: TextureKey) -> Texture {
+    /// A pooled texture with mipmap levels or array layers, content undefined. Beyond the
+    /// adapter's greatest side it is cut, and [`Gpu::take_refused`] tells.
+    pub fn texture_of(&self, label: &str, mut key: TextureKey) -> Texture {
+        let limit = self.0.greatest_side;
+        if key.size.max_element() > limit {
+            self.refuse(label, format!("{}x{} px", key.size.x, key.size.y), format!("{limit} px a side"));
+            key.size = key.size.min(UVec2::splat(limit));
+        }
         self.0.pool.texture(&self.0.device, label, key)
     }
 
     /// A pooled storage buffer of `bytes` zeros (at least 4 bytes). The first frame that
     /// uses it clears it: where every byte is written first, [`Gpu::scratch`] costs less.
+    ///
+    /// One that shaders could not bind is cut, and [`Gpu::take_refused`] tells.
     pub fn buffer(&self, label: &str, bytes: u64) -> Buffer {
+        let bytes = self.bindable(label, bytes);
         self.0.pool.buffer(&self.0.device, label, bytes, STORAGE, true)
     }
 
-    /// A pooled storage buffer of `bytes` bytes (at least 4) with undefined content.
+    /// As [`Gpu::buffer`], with undefined content.
     pub fn scratch(&self, label: &str, bytes: u64) -> Buffer {
+        let bytes = self.bindable(label, bytes);
         self.0.pool.buffer(&self.0.device, label, bytes, STORAGE, false)
     }
 
@@ -233,6 +273,16 @@ impl Gpu {
         buffer
     }
 
+    /// How work on tiles of several kinds is dispatched.
+    pub fn schedule(&self) -> Schedule {
+        if self.0.by_branches.load(Ordering::Relaxed) { Schedule::Branches } else { Schedule::TileLists }
+    }
+
+    /// From the next frame on dispatches work on tiles like this, whatever the adapter.
+    pub fn set_schedule(&self, schedule: Schedule) {
+        self.0.by_branches.store(schedule == Schedule::Branches, Ordering::Relaxed);
+    }
+
     /// What was made from parameters and is used again: tables of apertures, lens points.
     pub fn memo(&self) -> &Memo {
         &self.0.memo
@@ -240,7 +290,40 @@ impl Gpu {
 
     /// Largest texture side, px.
     pub fn max_texture_side(&self) -> u32 {
-        self.0.device.limits().max_texture_dimension_2d
+        self.0.greatest_side
+    }
+
+    /// Bytes of the largest buffer that a shader can read or write as a whole.
+    pub fn largest_binding_bytes(&self) -> u64 {
+        self.0.largest_binding_bytes
+    }
+
+    /// `bytes`, or as many as can be bound.
+    fn bindable(&self, label: &str, bytes: u64) -> u64 {
+        let limit = self.0.largest_binding_bytes;
+        if bytes > limit {
+            let mb = |bytes: u64| format!("{} MB", bytes / 1_000_000);
+            self.refuse(label, mb(bytes), mb(limit));
+            // Buffers have whole words.
+            return limit / 4 * 4;
+        }
+        bytes
+    }
+
+    fn refuse(&self, label: &str, needed: String, allowed: String) {
+        let refused = Refused { what: label.to_owned(), needed, allowed };
+        let mut all = self.0.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        all.push((std::thread::current().id(), refused));
+    }
+
+    /// The first thing that this thread asked for since the last call and that is larger than
+    /// the device allows: what was recorded with it is valid, but no picture.
+    pub fn take_refused(&self) -> Option<Refused> {
+        let mut all = self.0.refused.lock().unwrap_or_else(PoisonError::into_inner);
+        let thread = std::thread::current().id();
+        let first = all.iter().position(|(of, _)| *of == thread).map(|first| all[first].1.clone());
+        all.retain(|(of, _)| *of != thread);
+        first
     }
 
     /// Bytes of all pooled textures and buffers, in use or free.

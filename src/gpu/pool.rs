@@ -1,7 +1,7 @@
 //! Transient textures and buffers, pooled: dropping the last handle gives the thing back.
 
 use glam::UVec2;
-use std::collections::HashMap;
+use rustc_hash::FxHashMap;
 use std::hash::Hash;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, OnceLock, Weak};
@@ -229,7 +229,7 @@ type Returned<V> = Vec<(V, u64)>;
 /// commands of the same thread come after them on the queue and may overwrite them;
 /// another thread's may come before, so each thread is given only what it gave back itself.
 struct Shelf<K, V> {
-    free: Mutex<HashMap<(ThreadId, K), Returned<V>>>,
+    free: Mutex<FxHashMap<(ThreadId, K), Returned<V>>>,
     live_bytes: AtomicU64,
     peak_bytes: AtomicU64,
 }

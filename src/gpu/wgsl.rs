@@ -39,6 +39,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/mipmap_discs"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
+    shader!("lib/splat"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),
     shader!("lib/tile_lists"),

@@ -99,7 +99,7 @@ pub use separable::Separable;
 pub use splat::Splat;
 pub use subimages::{Spacing, SpacingCalibration, pyramid_variance_px2};
 
-use crate::gpu::{Frame, Texture};
+use crate::gpu::{Frame, Refused, Texture};
 use crate::lens::Lens;
 use crate::view::{View, ViewError};
 
@@ -176,6 +176,17 @@ pub enum MethodError {
         method: &'static str,
         /// What is missing.
         what: &'static str,
+    },
+    /// The device allows no textures or buffers as large as the picture needs.
+    #[error(
+        "{method} cannot render as large a picture: {refused}; make it smaller, with less overscan, or open the \
+         device with the limits that the adapter has"
+    )]
+    TooLarge {
+        /// The method's id.
+        method: &'static str,
+        /// What is too large.
+        refused: Refused,
     },
     /// It has to wait for the GPU, which frames of a [`Recorder`](crate::gpu::Recorder) do
     /// not.
@@ -256,6 +267,11 @@ pub const IN_FOCUS_COC_PX: f64 = 0.05;
 
 /// Renders `view` through `lens` with `method`; the pinhole image itself, with no blur
 /// pass, where everything is in focus.
+///
+/// # Errors
+///
+/// As [`MethodError`] says. After [`MethodError::TooLarge`] the frame holds commands that are
+/// valid and without effect on anything but textures of its own.
 pub fn record(
     method: &dyn Method,
     frame: &mut Frame<'_>,
@@ -263,7 +279,10 @@ pub fn record(
     lens: &Lens,
 ) -> Result<Texture, MethodError> {
     lens.check()?;
-    frame.set_prefix(format!("{}/", method.about().id));
+    let id = method.about().id;
+    frame.set_prefix(format!("{id}/"));
+    // What something else asked for on this thread is not this method's.
+    frame.gpu().take_refused();
     let in_focus = lens.aperture_diameter_mm == 0.0 || {
         let [low, high] = view.coc_bounds_px(frame, lens);
         low.abs().max(high.abs()) < IN_FOCUS_COC_PX
@@ -278,7 +297,10 @@ pub fn record(
     if frame.keeps_intermediates() {
         expose_pinhole(frame, view);
     }
-    Ok(result)
+    match frame.gpu().take_refused() {
+        Some(refused) => Err(MethodError::TooLarge { method: id, refused }),
+        None => Ok(result),
+    }
 }
 
 /// Offers what every method begins with.

@@ -33,6 +33,10 @@ const KEPT_TABLES: usize = 16;
 pub struct SpriteTable {
     /// The sums reach from -radius to radius in v.
     radius: f64,
+    /// |v| up to which the IDF is constant.
+    solid: f64,
+    /// What it is there, its integral being 1.
+    solid_intensity: f64,
     /// Per cell: integrals of the IDF over the rectangles from 0 to its four corners.
     corners: Vec<[f32; 4]>,
 }
@@ -46,7 +50,9 @@ uniform! {
         size: [u32; 2],
         radius: f32,
         cells: u32,
-        overscan: u32,
+        pub(super) overscan: u32,
+        solid: f32,
+        solid_intensity: f32,
         _pad: u32,
     }
 }
@@ -93,7 +99,8 @@ impl SpriteTable {
             let (x, y) = (i % CELLS, i / CELLS);
             [from_centre(x, y), from_centre(x + 1, y), from_centre(x, y + 1), from_centre(x + 1, y + 1)]
         };
-        Self { radius, corners: (0..CELLS * CELLS).map(corners_of).collect() }
+        let (solid, solid_intensity) = solid_part(&masses, radius, total);
+        Self { radius, solid, solid_intensity, corners: (0..CELLS * CELLS).map(corners_of).collect() }
     }
 
     /// The share of a sprite's light on the pixel `offset_px` from it, at the signed CoC
@@ -146,7 +153,16 @@ impl SpriteTable {
 
     pub(super) fn uniform(&self, view: &View) -> SpritesUniform {
         let (size, overscan) = (view.size().to_array(), view.overscan_px());
-        SpritesUniform { size, radius: self.radius as f32, cells: CELLS as u32, overscan, _pad: 0 }
+        let (solid, solid_intensity) = (self.solid as f32, self.solid_intensity as f32);
+        SpritesUniform {
+            size,
+            radius: self.radius as f32,
+            cells: CELLS as u32,
+            overscan,
+            solid,
+            solid_intensity,
+            _pad: 0,
+        }
     }
 }
 
@@ -162,6 +178,22 @@ fn cell_masses(aperture: &Aperture, radius: f64) -> Vec<f64> {
         }
     }
     masses
+}
+
+/// Up to which |v| the cells of `masses` hold as much as those in the middle, and how much
+/// that is of their `total`, for an area of 1 in v.
+fn solid_part(masses: &[f64], radius: f64, total: f64) -> (f64, f64) {
+    let cell = 2.0 * radius / CELLS as f64;
+    let middle = masses[CELLS / 2 * CELLS + CELLS / 2];
+    let differs = |i: &usize| (masses[*i] - middle).abs() > 1e-12 * middle;
+    // Of a cell's corners the one that is nearest to the middle of the table.
+    let nearest = |i: usize| {
+        let along =
+            |at: usize| (at as f64 - CELLS as f64 / 2.0).abs().min((at as f64 + 1.0 - CELLS as f64 / 2.0).abs());
+        along(i % CELLS).hypot(along(i / CELLS)) * cell
+    };
+    let solid = (0..masses.len()).filter(differs).map(nearest).fold(radius, f64::min);
+    (solid, middle / total / (cell * cell))
 }
 
 /// The format in which sprites are summed into `targets` textures at once.

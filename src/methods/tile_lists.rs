@@ -1,11 +1,12 @@
-//! Lists of 8x8 tiles by class, so that a pass runs where a picture needs it: counts and
-//! lists are made and read by the GPU, by indirect dispatch, and never come back.
+//! 8x8 tiles by class, so that a pass works where a picture needs it.
 //!
 //! A method lists tiles by a pass of its own (`list_tile` of `shaders/lib/tile_lists.wgsl`)
-//! or by a [`FocusMap`], then dispatches one workgroup for each tile of a class.
+//! or by a [`FocusMap`], then dispatches one workgroup for each tile of a class, as the
+//! GPU's [`Schedule`] has it: by lists that the GPU makes and reads, or by a branch in each
+//! workgroup. Nothing comes back to the CPU.
 
 use super::{Meaning, Quantity, Scale};
-use crate::gpu::{Buffer, Frame, Gpu, Pass, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Pass, Schedule, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::View;
 use crate::{shader, uniform};
@@ -40,7 +41,7 @@ uniform! {
     struct Listed {
         tiles: [u32; 2],
         class_of: u32,
-        _unused: u32,
+        by_branches: u32,
     }
 }
 
@@ -56,10 +57,12 @@ uniform! {
     }
 }
 
-/// Lists of the tiles of an image.
+/// The tiles of an image by class.
 pub struct TileLists {
     tiles: UVec2,
-    /// Tiles (x | y << 16), each class's list as long as there are tiles.
+    schedule: Schedule,
+    /// Tiles (x | y << 16), each class's list as long as there are tiles; by branches the
+    /// class of each tile.
     pub lists: Buffer,
     /// By class: workgroups in x, y, z, and the list's length.
     pub dispatches: Buffer,
@@ -69,9 +72,12 @@ impl TileLists {
     /// Empty lists of the tiles of an image of `size` texels.
     pub fn new(gpu: &Gpu, size: UVec2) -> Self {
         let tiles = size.map(|side| side.div_ceil(TILE_PX));
-        let bytes = 4 * CLASSES * u64::from(tiles.x) * u64::from(tiles.y);
+        let schedule = gpu.schedule();
+        let lists = if schedule == Schedule::Branches { 1 } else { CLASSES };
+        let bytes = 4 * lists * u64::from(tiles.x) * u64::from(tiles.y);
         Self {
             tiles,
+            schedule,
             lists: gpu.scratch("tile lists", bytes),
             dispatches: gpu.indirect_buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
         }
@@ -91,15 +97,22 @@ impl TileLists {
 
     /// Makes grids of workgroups from lists that are filled.
     pub fn plan(&self, frame: &mut Frame<'_>) {
+        if self.schedule == Schedule::Branches {
+            return;
+        }
         frame.pass(&SHADER, "plan_dispatches").buffer("new_dispatches", &self.dispatches).dispatch_groups(1, 1, 1);
     }
 
     /// Runs `pass` with one workgroup for each tile of `class`.
     pub fn dispatch(&self, pass: Pass<'_, '_>, class: u32) {
-        pass.uniform("listed", &self.listed(class))
+        let pass = pass
+            .uniform("listed", &self.listed(class))
             .buffer("lists", &self.lists)
-            .buffer("dispatches", &self.dispatches)
-            .dispatch_indirect(&self.dispatches, DISPATCH_BYTES * u64::from(class));
+            .buffer("dispatches", &self.dispatches);
+        match self.schedule {
+            Schedule::TileLists => pass.dispatch_indirect(&self.dispatches, DISPATCH_BYTES * u64::from(class)),
+            Schedule::Branches => pass.dispatch_groups(self.tiles.x, self.tiles.y, 1),
+        }
     }
 
     /// Exposes the class of each tile as the number that it has, if someone wants to look.
@@ -116,7 +129,8 @@ impl TileLists {
     }
 
     fn listed(&self, class_of: u32) -> Listed {
-        Listed { tiles: self.tiles.to_array(), class_of, _unused: 0 }
+        let by_branches = (self.schedule == Schedule::Branches).into();
+        Listed { tiles: self.tiles.to_array(), class_of, by_branches }
     }
 
     /// Copies the image, whose margin is `overscan` px, to `result` in the tiles of class

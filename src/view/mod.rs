@@ -8,10 +8,12 @@
 mod fine;
 mod hidden;
 mod import;
+mod lens_views;
 mod peel;
 mod pipelines;
 mod raster;
 mod samples;
+mod slabs;
 mod summary;
 mod upload;
 
@@ -21,6 +23,7 @@ pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
+pub use slabs::{MAX_SLABS_AT_ONCE, SlabArrays, SlabShot};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
@@ -29,6 +32,7 @@ use crate::image::{ColorImage, DepthImage};
 use crate::lens::Lens;
 use crate::uniform;
 use glam::{DVec2, UVec2};
+use lens_views::Eyes;
 use raster::{SceneSource, Shot};
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
@@ -412,7 +416,10 @@ impl View {
         // Shading is in the pinhole's view space: only the eye in it moves.
         let shading_eye_m = if view_dependent { eye_m } else { DVec2::ZERO };
         let shot = Shot::new(&projection, clip_from_view, shading_eye_m, LayerQuery::NEAREST);
-        Ok(source.draw(frame, "lens view", &shot))
+        // Of the eyes of all lens points the farthest: those to come share what is drawn.
+        let radius_m = lens.aperture.radius() * projection.eye_on_lens_m(lens, DVec2::X).x;
+        let eyes = Eyes { radius_m: radius_m.max(eye_m.length()) as f32, focus_m: lens.focus_distance_m as f32 };
+        Ok(source.draw_from_lens(frame, "lens view", &shot, eyes))
     }
 
     /// Depth of the inner frame in metres on the CPU, read back when first asked for.

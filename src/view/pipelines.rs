@@ -126,20 +126,54 @@ pub(super) enum Drawn {
 }
 
 /// Which layer is drawn: the nearest, or a farther one or slab, which drops fragments, or
-/// one of those with what its surfaces are made of instead of what they show.
+/// one of those with what its surfaces are made of instead of what they show; or all slabs
+/// at once, which are written to what the pass binds and not to targets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) enum LayerKind {
     Nearest,
     Farther,
     Attributes,
+    /// The nearest depth in each slab.
+    SlabDepths,
+    /// What the surfaces there show.
+    Slabs,
+    /// What they are made of.
+    SlabSurfaces,
 }
 
 impl LayerKind {
-    /// Formats of its targets, after a colour and the stored depth.
-    fn attributes(self) -> &'static [wgpu::TextureFormat] {
+    /// Formats of its targets.
+    fn targets(self) -> &'static [wgpu::TextureFormat] {
         match self {
-            Self::Nearest | Self::Farther => &[],
-            Self::Attributes => &[COLOR, COLOR],
+            Self::Nearest | Self::Farther => &[COLOR, STORED_DEPTH],
+            Self::Attributes => &[COLOR, STORED_DEPTH, COLOR, COLOR],
+            Self::SlabDepths | Self::Slabs | Self::SlabSurfaces => &[],
+        }
+    }
+
+    /// Whether a depth buffer finds the nearest surface.
+    fn tests_depth(self) -> bool {
+        !self.targets().is_empty()
+    }
+
+    /// What a pass binds to group 2, in order.
+    fn bound(self) -> Vec<wgpu::BindingType> {
+        let storage = wgpu::BindingType::StorageTexture {
+            access: wgpu::StorageTextureAccess::WriteOnly,
+            format: COLOR,
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+        };
+        let depths = wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Float { filterable: false },
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+            multisampled: false,
+        };
+        let uniform = buffer(wgpu::BufferBindingType::Uniform, true);
+        match self {
+            Self::Nearest | Self::Farther | Self::Attributes => Vec::new(),
+            Self::SlabDepths => vec![uniform, buffer(wgpu::BufferBindingType::Storage { read_only: false }, false)],
+            Self::Slabs => vec![uniform, depths, storage],
+            Self::SlabSurfaces => vec![uniform, depths, storage, storage, storage],
         }
     }
 }
@@ -153,10 +187,18 @@ pub(super) const DEPTH_BUFFER: wgpu::TextureFormat = wgpu::TextureFormat::Depth3
 pub(super) struct Pipelines {
     device: wgpu::Device,
     module: wgpu::ShaderModule,
-    layout: wgpu::PipelineLayout,
     frame_layout: wgpu::BindGroupLayout,
     material_layout: wgpu::BindGroupLayout,
+    layouts: Mutex<HashMap<LayerKind, Layouts>>,
     made: Mutex<HashMap<(LayerKind, Drawn), wgpu::RenderPipeline>>,
+}
+
+/// Layouts of what draws layers of one kind.
+#[derive(Clone)]
+struct Layouts {
+    pipeline: wgpu::PipelineLayout,
+    /// Of group 2, where there is one.
+    slabs: Option<wgpu::BindGroupLayout>,
 }
 
 impl Pipelines {
@@ -168,21 +210,36 @@ impl Pipelines {
         let module = crate::gpu::embedded_module(device, "scene", &module.source);
         let frame_layout = frame_layout(device);
         let material_layout = material_layout(device);
-        let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some("scene"),
-            bind_group_layouts: &[Some(&frame_layout), Some(&material_layout)],
-            immediate_size: 0,
-        });
-        Self { device: device.clone(), module, layout, frame_layout, material_layout, made: Mutex::default() }
+        let (layouts, made) = (Mutex::default(), Mutex::default());
+        Self { device: device.clone(), module, frame_layout, material_layout, layouts, made }
+    }
+
+    fn layouts(&self, kind: LayerKind) -> Layouts {
+        let make = || {
+            let bound: Vec<_> = kind.bound().into_iter().map(|ty| (ty, wgpu::ShaderStages::FRAGMENT)).collect();
+            let slabs = (!bound.is_empty()).then(|| layout(&self.device, &bound));
+            let groups = [Some(&self.frame_layout), Some(&self.material_layout), slabs.as_ref()];
+            let pipeline = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+                label: Some("scene"),
+                bind_group_layouts: &groups[..if slabs.is_some() { 3 } else { 2 }],
+                immediate_size: 0,
+            });
+            Layouts { pipeline, slabs }
+        };
+        let mut layouts = self.layouts.lock().expect("no panic while a layout is made");
+        layouts.entry(kind).or_insert_with(make).clone()
     }
 
     /// The pipeline that draws this into a layer of that kind.
     pub(super) fn get(&self, kind: LayerKind, drawn: Drawn) -> wgpu::RenderPipeline {
         let mut made = self.made.lock().expect("no panic while a pipeline is made");
-        let make = || match drawn {
-            Drawn::Surfaces(variant) => surface_pipeline(&self.device, &self.layout, &self.module, kind, variant),
-            Drawn::Sky => sky_pipeline(&self.device, &self.layout, &self.module, kind),
-            Drawn::Closed => closed_pipeline(&self.device, &self.layout, &self.module, kind),
+        let make = || {
+            let layout = self.layouts(kind).pipeline;
+            match drawn {
+                Drawn::Surfaces(variant) => surface_pipeline(&self.device, &layout, &self.module, kind, variant),
+                Drawn::Sky => sky_pipeline(&self.device, &layout, &self.module, kind),
+                Drawn::Closed => closed_pipeline(&self.device, &layout, &self.module, kind),
+            }
         };
         made.entry((kind, drawn)).or_insert_with(make).clone()
     }
@@ -191,6 +248,12 @@ impl Pipelines {
     /// by its offset, which is to be given when the group is set.
     pub(super) fn bind_frame(&self, frame: &Frame<'_>, bound: &[Resource; 3]) -> wgpu::BindGroup {
         frame.bind_group(&self.frame_layout, bound)
+    }
+
+    /// Binds what all slabs are drawn into: group 2. Panics for a kind that has targets.
+    pub(super) fn bind_slabs(&self, frame: &Frame<'_>, kind: LayerKind, bound: &[Resource]) -> wgpu::BindGroup {
+        let layout = self.layouts(kind).slabs.expect("a kind of slabs binds what it writes");
+        frame.bind_group(&layout, bound)
     }
 
     pub(super) fn bind_material(
@@ -289,6 +352,10 @@ fn surface_pipeline(
         (LayerKind::Farther, _) => "fs_layer",
         (LayerKind::Nearest, true) => "fs_masked",
         (LayerKind::Nearest, false) => "fs_opaque",
+        (LayerKind::SlabDepths, true) => "fs_masked_slab_depths",
+        (LayerKind::SlabDepths, false) => "fs_slab_depths",
+        (LayerKind::Slabs, _) => "fs_slabs",
+        (LayerKind::SlabSurfaces, _) => "fs_slab_surfaces",
     };
     let primitive = wgpu::PrimitiveState {
         front_face: if variant.mirrored { wgpu::FrontFace::Cw } else { wgpu::FrontFace::Ccw },
@@ -314,6 +381,9 @@ fn sky_pipeline(
         LayerKind::Nearest => "fs_sky",
         LayerKind::Farther => "fs_sky_layer",
         LayerKind::Attributes => "fs_sky_attributes",
+        LayerKind::SlabDepths => "fs_sky_slab_depths",
+        LayerKind::Slabs => "fs_sky_slabs",
+        LayerKind::SlabSurfaces => "fs_sky_slab_surfaces",
     };
     // At infinity, z = 0: passes only where nothing else was drawn.
     let test = wgpu::CompareFunction::GreaterEqual;
@@ -357,9 +427,11 @@ fn pipeline(
     geometry: Geometry<'_>,
     kind: LayerKind,
 ) -> wgpu::RenderPipeline {
-    let targets = [COLOR, STORED_DEPTH].iter().chain(kind.attributes());
-    let target = |&format| Some(wgpu::ColorTargetState { format, blend: None, write_mask: geometry.writes });
-    let targets: Vec<_> = targets.map(target).collect();
+    let target = |&format: &wgpu::TextureFormat| {
+        Some(wgpu::ColorTargetState { format, blend: None, write_mask: geometry.writes })
+    };
+    let targets: Vec<_> = kind.targets().iter().map(target).collect();
+    let test = if kind.tests_depth() { geometry.test } else { wgpu::CompareFunction::Always };
     let compilation_options = wgpu::PipelineCompilationOptions { constants: geometry.constants, ..Default::default() };
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some(fragment),
@@ -373,8 +445,8 @@ fn pipeline(
         primitive: geometry.primitive,
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH_BUFFER,
-            depth_write_enabled: Some(true),
-            depth_compare: Some(geometry.test),
+            depth_write_enabled: Some(kind.tests_depth()),
+            depth_compare: Some(test),
             stencil: Default::default(),
             bias: Default::default(),
         }),

@@ -1,5 +1,6 @@
 //! Drawing layers of a scene.
 
+use super::lens_views::{Eyes, LensViews};
 use super::pipelines::{
     COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, Variant, ViewUniform,
 };
@@ -9,7 +10,8 @@ use crate::camera::{Camera, Projection};
 use crate::gpu::{Buffer, Frame, Resource, Texture};
 use crate::scene::{Environment, LightKind};
 use glam::{DAffine3, DVec2, Mat4, UVec2, Vec3, Vec4};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
+use wgpu::util::RenderEncoder;
 
 /// A scene seen from one camera: what changes only when the camera moves.
 pub(super) struct SceneSource {
@@ -20,6 +22,8 @@ pub(super) struct SceneSource {
     lights: Buffer,
     /// View-space bounding spheres of the instances: centre and radius.
     spheres: Vec<Vec4>,
+    /// What the last views from a lens have in common.
+    pub(super) lens_views: Mutex<Option<Arc<LensViews>>>,
 }
 
 /// From where, and which surfaces.
@@ -72,6 +76,7 @@ impl SceneSource {
             spheres: spheres.collect(),
             rows: view_from_object.iter().map(rows).collect(),
             lights: gpu.buffer_of("lights", if lights.is_empty() { &NO_LIGHT } else { &lights }),
+            lens_views: Mutex::default(),
             scene,
             camera,
         }
@@ -85,7 +90,7 @@ impl SceneSource {
             depth: frame.texture("layer depth", size, STORED_DEPTH),
         };
         let kind = if shot.query.is_nearest() { LayerKind::Nearest } else { LayerKind::Farther };
-        self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth]);
+        self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth], None);
         layer
     }
 
@@ -99,65 +104,79 @@ impl SceneSource {
             normal_metallic: frame.texture("layer normal", size, COLOR),
         };
         let targets = [&layer.emitted, &layer.depth, &layer.base_roughness, &layer.normal_metallic];
-        self.draw_into(frame, label, shot, LayerKind::Attributes, &targets);
+        self.draw_into(frame, label, shot, LayerKind::Attributes, &targets, None);
         layer
     }
 
-    fn draw_into(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>, kind: LayerKind, targets: &[&Texture]) {
-        let depth_buffer = frame.texture("depth buffer", targets[0].size(), DEPTH_BUFFER);
-        let visible = self.cull(&shot.clip_from_view, &shot.query);
-        frame.stats.triangles += visible.iter().map(VisibleItem::triangles).sum::<u64>();
-        frame.stats.views += 1;
+    /// Draws all slabs at once into what `bound` holds, in the order of `kind`: a uniform
+    /// with an offset, then the rest.
+    pub(super) fn draw_slabs(
+        &self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        shot: &Shot<'_>,
+        kind: LayerKind,
+        bound: &[Resource],
+    ) {
+        let group = self.scene.pipelines.bind_slabs(frame, kind, bound);
+        self.draw_into(frame, label, shot, kind, &[], Some((&group, bound[0].offset())));
+    }
 
-        let rows: Vec<Rows> = visible.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
-        let instances = frame.data(bytemuck::cast_slice(&rows));
+    /// Draws a layer into targets, or slabs into a bind group with its offset.
+    fn draw_into(
+        &self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        shot: &Shot<'_>,
+        kind: LayerKind,
+        targets: &[&Texture],
+        slabs: Option<(&wgpu::BindGroup, u32)>,
+    ) {
+        let depth_buffer =
+            frame.texture("depth buffer", shot.projection.outer_size() * shot.texels_a_side, DEPTH_BUFFER);
+        let drawn = self.visible(shot, kind, None);
+        frame.stats.triangles += drawn.triangles();
+        frame.stats.views += 1;
+        let instances = frame.data(bytemuck::cast_slice(&drawn.rows));
         let view = frame.uniform(&self.uniform(shot));
         let offset = view.offset();
-        let below = shot.query.below.unwrap_or(&self.scene.unlimited).view().clone();
-        let bound = [view, Resource::Buffer(self.lights.raw().clone()), Resource::View(below)];
-        let bind_group = self.scene.pipelines.bind_frame(frame, &bound);
-        let (encoder, slot) = frame.raw_pass(label);
-        let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(*first),
-            end_of_pass_write_index: Some(first + 1),
-        });
-        let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
-        let attachments: Vec<_> = targets.iter().map(|t| Some(crate::gpu::attachment(t.view(), clear))).collect();
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(label),
-            color_attachments: &attachments,
-            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: depth_buffer.view(),
-                depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
-                stencil_ops: None,
-            }),
-            timestamp_writes,
-            ..Default::default()
-        });
+        let bind_group = self.bind_frame(frame, view, shot.query.below);
+        let mut pass = begin_pass(frame, label, targets, &depth_buffer);
         pass.set_bind_group(0, &bind_group, &[offset]);
-        pass.set_vertex_buffer(0, self.scene.vertices.slice(..));
-        pass.set_vertex_buffer(1, instances.buffer.slice(u64::from(instances.offset)..));
-        pass.set_index_buffer(self.scene.indices.slice(..), wgpu::IndexFormat::Uint32);
+        if let Some((group, offset)) = slabs {
+            pass.set_bind_group(2, group, &[offset]);
+        }
         if let (Some(_), Some(any)) = (shot.query.below, self.scene.materials.first()) {
             pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Closed));
             pass.set_bind_group(1, any, &[]);
             pass.draw(0..3, 0..1);
         }
-        let mut first = 0;
-        for VisibleItem { item, instances } in &visible {
-            let end = first + instances.len() as u32;
-            let variant = Variant { fine: shot.texels_a_side > 1, ..item.variant };
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Surfaces(variant)));
-            pass.set_bind_group(1, &self.scene.materials[item.material], &[]);
-            pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
-            first = end;
-        }
+        drawn.encode(&mut pass, &self.scene, instances.buffer.slice(u64::from(instances.offset)..));
+    }
+
+    /// Binds a view, with an offset, and what it has to lie below.
+    pub(super) fn bind_frame(&self, frame: &Frame<'_>, view: Resource, below: Option<&Texture>) -> wgpu::BindGroup {
+        let below = below.unwrap_or(&self.scene.unlimited).view().clone();
+        let bound = [view, Resource::Buffer(self.lights.raw().clone()), Resource::View(below)];
+        self.scene.pipelines.bind_frame(frame, &bound)
+    }
+
+    /// What is drawn in `shot`, or from all `eyes` on a lens whose centre sees it.
+    pub(super) fn visible(&self, shot: &Shot<'_>, kind: LayerKind, eyes: Option<&Eyes>) -> Visible<'_> {
+        let items = self.cull(&shot.clip_from_view, &shot.query, eyes);
+        let rows = items.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
+        let pipelines = &self.scene.pipelines;
+        let of_item = |v: &VisibleItem<'_>| {
+            let variant = Variant { fine: shot.texels_a_side > 1, ..v.item.variant };
+            pipelines.get(kind, Drawn::Surfaces(variant))
+        };
         // The background lies at z = 0 and belongs to layers that reach infinity.
-        if shot.query.z_far <= 0.0 && !self.scene.materials.is_empty() {
-            pass.set_pipeline(&self.scene.pipelines.get(kind, Drawn::Sky));
-            pass.set_bind_group(1, &self.scene.materials[0], &[]);
-            pass.draw(0..3, 0..1);
+        let has_sky = shot.query.z_far <= 0.0 && !self.scene.materials.is_empty();
+        Visible {
+            pipelines: items.iter().map(of_item).collect(),
+            sky: has_sky.then(|| pipelines.get(kind, Drawn::Sky)),
+            items,
+            rows,
         }
     }
 
@@ -168,17 +187,20 @@ impl SceneSource {
 
     /// Whether a layer may hold anything: `false` only where it certainly is empty.
     pub(super) fn may_hold(&self, shot: &Shot<'_>) -> bool {
-        shot.query.z_far <= 0.0 || !self.cull(&shot.clip_from_view, &shot.query).is_empty()
+        shot.query.z_far <= 0.0 || !self.cull(&shot.clip_from_view, &shot.query, None).is_empty()
     }
 
-    /// What may touch the layer's part of the frustum, opaque before masked, nearest first: hidden fragments
-    /// then fail the depth test before they are shaded.
-    fn cull<'a>(&'a self, clip_from_view: &Mat4, query: &LayerQuery<'_>) -> Vec<VisibleItem<'a>> {
+    /// What may touch the layer's part of the frustum, or of those of all `eyes` around its
+    /// own, opaque before masked, nearest first: hidden fragments then fail the depth test
+    /// before they are shaded.
+    fn cull(&self, clip_from_view: &Mat4, query: &LayerQuery<'_>, eyes: Option<&Eyes>) -> Vec<VisibleItem<'_>> {
         let planes = frustum(clip_from_view, query);
         let nearest_first = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
-        let visible = |item: &'a DrawItem| {
-            let spheres =
-                item.instances.iter().map(|&i| (self.spheres[i as usize], i)).filter(|s| inside(&planes, s.0));
+        let shift_m = |sphere: Vec4| eyes.map_or(0.0, |eyes| eyes.shift_m(sphere));
+        let visible = |item| {
+            let item: &DrawItem = item;
+            let spheres = item.instances.iter().map(|&i| (self.spheres[i as usize], i));
+            let spheres = spheres.filter(|s| inside(&planes, s.0, shift_m(s.0)));
             let mut instances: Vec<_> = spheres.map(|(s, i)| (s.truncate().length() - s.w, i)).collect();
             instances.sort_by(nearest_first);
             VisibleItem { item, instances }
@@ -191,7 +213,7 @@ impl SceneSource {
         items
     }
 
-    fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
+    pub(super) fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
         ViewUniform {
             clip_from_view: shot.clip_from_view.to_cols_array_2d(),
             environment: self.environment(),
@@ -227,7 +249,76 @@ impl SceneSource {
     }
 }
 
+/// Begins a pass that draws over cleared targets.
+pub(super) fn begin_pass<'f>(
+    frame: &'f mut Frame<'_>,
+    label: &str,
+    targets: &[&Texture],
+    depth_buffer: &Texture,
+) -> wgpu::RenderPass<'f> {
+    let (encoder, slot) = frame.raw_pass(label);
+    let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
+        query_set,
+        beginning_of_pass_write_index: Some(*first),
+        end_of_pass_write_index: Some(first + 1),
+    });
+    let clear = wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT);
+    let attachments: Vec<_> = targets.iter().map(|t| Some(crate::gpu::attachment(t.view(), clear))).collect();
+    encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        label: Some(label),
+        color_attachments: &attachments,
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: depth_buffer.view(),
+            depth_ops: Some(wgpu::Operations { load: wgpu::LoadOp::Clear(0.0), store: wgpu::StoreOp::Discard }),
+            stencil_ops: None,
+        }),
+        timestamp_writes,
+        ..Default::default()
+    })
+}
+
 type Rows = [[f32; 4]; 3];
+
+/// What a layer is drawn from, in order.
+pub(super) struct Visible<'a> {
+    items: Vec<VisibleItem<'a>>,
+    /// Of each item.
+    pipelines: Vec<wgpu::RenderPipeline>,
+    sky: Option<wgpu::RenderPipeline>,
+    /// Of all instances.
+    pub rows: Vec<Rows>,
+}
+
+impl Visible<'_> {
+    pub(super) fn triangles(&self) -> u64 {
+        self.items.iter().map(VisibleItem::triangles).sum()
+    }
+
+    /// Draws it, where group 0 is bound already; `instances` hold the rows.
+    pub(super) fn encode<'p>(
+        &'p self,
+        pass: &mut impl RenderEncoder<'p>,
+        scene: &'p GpuScene,
+        instances: wgpu::BufferSlice<'p>,
+    ) {
+        pass.set_vertex_buffer(0, Some(scene.vertices.slice(..)));
+        pass.set_vertex_buffer(1, Some(instances));
+        pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
+        let mut first = 0;
+        for (VisibleItem { item, instances }, pipeline) in self.items.iter().zip(&self.pipelines) {
+            let end = first + instances.len() as u32;
+            pass.set_pipeline(pipeline);
+            pass.set_bind_group(1, Some(&scene.materials[item.material]), &[]);
+            pass.draw_indexed(item.indices.clone(), item.base_vertex, first..end);
+            first = end;
+        }
+        if let Some(sky) = &self.sky {
+            pass.set_pipeline(sky);
+            pass.set_bind_group(1, Some(&scene.materials[0]), &[]);
+            pass.draw(0..3, 0..1);
+        }
+    }
+}
 
 /// The instances of one draw item that are in view, with their distances.
 struct VisibleItem<'a> {
@@ -285,6 +376,7 @@ fn frustum(clip_from_view: &Mat4, query: &LayerQuery<'_>) -> Vec<Vec4> {
     planes.iter().map(|p| *p / p.truncate().length().max(f32::MIN_POSITIVE)).collect()
 }
 
-fn inside(planes: &[Vec4], sphere: Vec4) -> bool {
-    planes.iter().all(|plane| plane.truncate().dot(sphere.truncate()) + plane.w >= -sphere.w)
+/// Whether a sphere touches what lies within `margin` of the planes' positive side.
+fn inside(planes: &[Vec4], sphere: Vec4, margin: f32) -> bool {
+    planes.iter().all(|plane| plane.truncate().dot(sphere.truncate()) + plane.w >= -(sphere.w + margin))
 }

@@ -2,6 +2,7 @@
 
 #![allow(dead_code, reason = "every test binary compiles this module and uses its own part of it")]
 
+use defocus::aperture::{Aperture, ApertureImage};
 use defocus::camera::Camera;
 use defocus::lens::Lens;
 use defocus::scene::{Instance, Material, Mesh, Scene, TextureImage, TextureUse, Vertex, Wrap};
@@ -45,6 +46,20 @@ pub fn lens(k_px: f64, focus_m: f64) -> Lens {
     // K is proportional to E; where df is infinite the product K * df is what is asked for.
     let blur_of_unit = if focus_m.is_finite() { unit.k_px() } else { unit.coc().k_df_px_m };
     Lens { aperture_diameter_mm: k_px / blur_of_unit, ..unit }
+}
+
+/// Every kind of aperture, asymmetric ones among them.
+pub fn apertures() -> Vec<Aperture> {
+    // An L: no symmetry at all.
+    let pixels = vec![1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0, 0.5, 0.25];
+    let image = ApertureImage::new("L", uvec2(3, 3), pixels).unwrap();
+    vec![
+        Aperture::Disc,
+        Aperture::polygon(3),
+        Aperture::Polygon { blades: 6, rotation_deg: 11.0, roundness: 0.3 },
+        Aperture::Gaussian { sigma_per_coc: 0.25 },
+        Aperture::Image(Arc::new(image)),
+    ]
 }
 
 /// An unlit, single-sided material of one colour.

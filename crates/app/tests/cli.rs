@@ -452,3 +452,36 @@ fn poses_instances_and_second_coordinates_agree_with_the_ray_tracer() {
     let psnr = json["results"][0]["psnr_db"].as_f64().expect("a number");
     assert!(psnr > 40.0, "{psnr} dB");
 }
+
+#[test]
+fn a_profile_says_where_the_time_goes() {
+    let folder = folder();
+    let args = "profile scene.glb --methods preblur,multiview --size 64x48 --coc 6 --while camera --runs 1 \
+                --seconds 1 --quiet --json -";
+    let json = json_of(folder.path(), args);
+    assert_eq!(json["while"], "camera");
+    let methods = json["methods"].as_array().expect("a list");
+    let ids: Vec<_> = methods.iter().map(|m| m["method"].as_str().expect("an id")).collect();
+    assert_eq!(ids, ["preblur", "multiview"]);
+    for method in methods {
+        let id = &method["method"];
+        for key in ["gpu_ms", "copy_ratio", "back_to_back_ms", "record_ms"] {
+            assert!(method[key].as_f64().is_some_and(|ms| ms > 0.0), "{id}: {key} is {}", method[key]);
+        }
+        for key in ["passes", "dispatches", "scene_draws", "triangles", "peak_bytes"] {
+            assert!(method[key].as_u64().is_some_and(|count| count > 0), "{id}: {key} is {}", method[key]);
+        }
+        assert!(method["indirect_dispatches"].as_u64() <= method["dispatches"].as_u64(), "{method}");
+        let passes = method["pass_times"].as_array().expect("a list");
+        assert!(passes.iter().all(|pass| pass["label"].is_string() && pass["ms"].is_f64()), "{passes:?}");
+        let ms: Vec<_> = passes.iter().filter_map(|pass| pass["ms"].as_f64()).collect();
+        assert!(!ms.is_empty() && ms.is_sorted_by(|a, b| a >= b), "{id}: the most expensive first: {ms:?}");
+    }
+    assert_eq!(methods[1]["mean_coc_px"], 6.0);
+    // Branches need no grid that the GPU decides.
+    let json = json_of(folder.path(), &args.replace("--quiet", "--quiet --schedule branches"));
+    assert_eq!(json["methods"][1]["indirect_dispatches"], 0);
+    let failed = run(folder.path(), "profile scene.glb --schedule rows");
+    let message = String::from_utf8_lossy(&failed.stderr).into_owned();
+    assert!(!failed.status.success() && message.contains("lists, branches"), "{message}");
+}

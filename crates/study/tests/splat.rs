@@ -338,7 +338,10 @@ fn sums_in_f16_are_close_where_32_bits_cannot_be_blended() {
     let color = Image::from_fn(size, |x, y| if (x / 6 + y / 5) % 2 == 0 { FRONT } else { BACK });
     let depth = Image::from_fn(size, |x, _| if x < 24 { 1.2 } else { 6.0 });
     for id in ["splat", "scatter"] {
-        let method = methods::by_id(id).unwrap();
+        let mut method = methods::by_id(id).unwrap();
+        if id == "splat" {
+            methods::set_param(&mut *method, "by", "sprites").unwrap();
+        }
         let on = |gpu: &Gpu| {
             let mut view = View::of_image(gpu, &color, &depth, 0.8).unwrap();
             let mut frame = gpu.frame();

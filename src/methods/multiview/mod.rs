@@ -11,8 +11,9 @@
 //! 4. a ray is a cone that reads a mipmap with coverage (section 4.4);
 //! 5. lens points differ between pixels (section 4.5).
 //!
-//! Slabs are drawn one by one with exact bounds; the paper's geometry shader sorts whole
-//! triangles into them, which approximates that.
+//! Slabs have exact bounds; the paper's geometry shader sorts whole triangles into them, which
+//! approximates that. All are drawn in two draws of the scene ([`crate::view::SlabShot`]), or,
+//! if it is asked for, one by one with a depth buffer each: the same slabs.
 
 mod nbuffer;
 mod slabs;
@@ -53,7 +54,12 @@ pub struct Multiview {
     pub jitter: usize,
     /// Whether each ray shades what it meets, looking from its lens point.
     pub view_dependent: bool,
+    /// Index among the choices of the parameter of this name.
+    pub drawing: usize,
 }
+
+/// How slabs are drawn.
+pub const DRAWINGS: &[&str] = &["together", "one by one"];
 
 /// How a ray is intersected with a slab.
 pub const INTERSECTIONS: &[&str] = &["steps", "false_position"];
@@ -85,6 +91,7 @@ impl Default for Multiview {
             cones: true,
             jitter: 0,
             view_dependent: false,
+            drawing: 0,
         }
     }
 }
@@ -187,6 +194,13 @@ impl Method for Multiview {
                 "View-dependent shading",
                 &mut self.view_dependent,
                 "Shade for each ray from its lens point, so that reflections shift; otherwise a surface emits what the pinhole image shows.",
+            ),
+            Param::choice(
+                "drawing",
+                "Slabs are drawn",
+                &mut self.drawing,
+                DRAWINGS,
+                "together: all in two draws of the scene. one by one: a draw each, the same slabs.",
             ),
         ]
     }
@@ -294,7 +308,16 @@ impl Multiview {
         let count = self.slab_count(farthest_px - nearest_px);
         let levels = if self.cones { CONE_LEVELS } else { 1 };
         let ranges = slab_ranges(z_max, z_min, count, self.overlap);
-        Slabs::of(frame, view, SlabsKey { ranges, levels, surfaces: self.shades(view) })
+        Slabs::of(
+            frame,
+            view,
+            SlabsKey {
+                ranges,
+                levels,
+                surfaces: self.shades(view),
+                one_by_one: DRAWINGS[self.drawing] == "one by one",
+            },
+        )
     }
 
     fn lens_points(&self, gpu: &Gpu, lens: &Lens) -> LensPoints {

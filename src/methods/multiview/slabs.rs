@@ -2,7 +2,7 @@
 
 use super::{MethodError, SLAB_SHADER};
 use crate::gpu::{Buffer, Frame, Shader, Texture, TextureKey};
-use crate::view::{Layer, LayerQuery, View};
+use crate::view::{Layer, LayerQuery, MAX_SLABS_AT_ONCE, SlabArrays, SlabShot, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 use std::sync::Arc;
@@ -73,7 +73,12 @@ pub(super) struct SlabsKey {
     pub levels: u32,
     /// Whether rays do the shading.
     pub surfaces: bool,
+    /// Whether each slab has a draw of its own, however many there are.
+    pub one_by_one: bool,
 }
+
+/// Slabs up to which each has a draw of its own: together they take two draws.
+const FEW_SLABS: usize = 2;
 
 const EXPLAIN_SHADER: Shader = shader!("methods/multiview_explain");
 
@@ -159,11 +164,55 @@ impl Slabs {
             ranges,
             padding,
         };
-        for slab in 0..slabs.ranges.len() {
-            slabs.draw_one(frame, view, slab)?;
+        // Fragments may not write to textures on every adapter that is reached by GL.
+        let by_gl = frame.gpu().adapter().backend == "Gl";
+        if view.is_scene() && slabs.ranges.len() > FEW_SLABS && !slabs.key.one_by_one && !by_gl {
+            slabs.draw_together(frame, view)?;
+        } else {
+            for slab in 0..slabs.ranges.len() {
+                slabs.draw_one(frame, view, slab)?;
+            }
         }
         slabs.reduce(frame);
         Ok(slabs)
+    }
+
+    /// Draws all slabs in two draws, or in as many times two as their depths need buffers.
+    fn draw_together(&self, frame: &mut Frame<'_>, view: &mut View) -> Result<(), MethodError> {
+        let gpu = frame.gpu();
+        let size = self.color.size();
+        let bytes = 4 * u64::from(size.x) * u64::from(size.y);
+        let most = (gpu.largest_binding_bytes() / bytes).clamp(1, MAX_SLABS_AT_ONCE as u64) as usize;
+        let ranges: Vec<_> = self.ranges.iter().map(|range| [range.z_near, range.z_far]).collect();
+        let padding = self.padding.as_ivec2().to_array();
+        for (i, ranges) in ranges.chunks(most).enumerate() {
+            let first = (i * most) as u32;
+            let count = ranges.len() as u32;
+            let shot = SlabShot { ranges, first, size, padding: self.padding };
+            let found = gpu.buffer("slab depths", bytes * u64::from(count));
+            view.draw_slab_depths(frame, &shot, &found)?;
+            let gather = Gather { z_near: 0.0, z_far: 0.0, slab: first, _unused: 0, padding };
+            frame
+                .pass(&SLAB_SHADER, "gather_depths")
+                .uniform("gather", &gather)
+                .buffer("found", &found)
+                .level("slab_color", &self.color, 0)
+                .texture("slab_depth", &self.depth)
+                .buffer("content", &self.content)
+                .dispatch_layers(size, count);
+            if let Some(arrays) = &self.surfaces {
+                frame
+                    .pass(&SLAB_SHADER, "empty_surfaces")
+                    .uniform("gather", &gather)
+                    .level("slab_base", &arrays.base, 0)
+                    .level("slab_normal", &arrays.normal, 0)
+                    .dispatch_layers(size, count);
+            }
+            let surfaces = self.surfaces.as_ref().map(|arrays| [&arrays.base, &arrays.normal]);
+            let arrays = SlabArrays { color: &self.color, surfaces };
+            view.draw_slab_surfaces(frame, &shot, &self.depth, &arrays)?;
+        }
+        Ok(())
     }
 
     fn draw_one(&self, frame: &mut Frame<'_>, view: &mut View, slab: usize) -> Result<(), MethodError> {

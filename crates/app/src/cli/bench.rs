@@ -6,7 +6,6 @@ use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use anyhow::{Context, ensure};
 use comfy_table::{ContentArrangement, Table, presets};
-use defocus::gpu::Gpu;
 use defocus::methods::Method;
 use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
 use defocus_study::bench::report::{self, ReportInput};
@@ -43,7 +42,7 @@ fn run_bench(args: &BenchArgs) -> anyhow::Result<()> {
     }
     let plan = plan(args)?;
     let store = Store::open(&args.output, &plan)?;
-    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let gpu = args.run.gpu()?;
     let cache = args.cache.cache();
     let shard = args.shard.unwrap_or(Shard::WHOLE);
     let minutes = args.budget.or((args.quick && args.table.is_some()).then_some(QUICK_BUDGET_MINUTES));

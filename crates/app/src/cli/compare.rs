@@ -37,6 +37,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
         view: &args.view,
         display: &args.display,
         adapter: args.run.adapter.as_deref(),
+        schedule: args.run.schedule,
         // The tracer reads textures without mipmaps: like is compared with like.
         stereo: None,
         mipmaps: !matches!(reference, Some(Reference::RayTrace)),

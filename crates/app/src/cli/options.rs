@@ -3,6 +3,7 @@
 use clap::{Args, ValueEnum};
 use defocus::aperture::Aperture;
 use defocus::display::{Display, ToneMap};
+use defocus::gpu::{Gpu, GpuError, Schedule};
 use defocus_study::cache::ReferenceCache;
 use glam::{DQuat, DVec3, UVec2, uvec2};
 use std::path::PathBuf;
@@ -198,11 +199,31 @@ pub struct RunOptions {
     /// The graphics adapter, by a part of its name [default: the fastest real one]
     #[arg(long, value_name = "NAME")]
     pub adapter: Option<String>,
+    /// How tiles that need different work get it, lists or branches: the same pictures
+    /// [default: lists in software, branches on hardware]
+    #[arg(long, value_name = "HOW")]
+    pub schedule: Option<Schedule>,
     #[command(flatten)]
     pub json: JsonOption,
     /// No progress bar and no summary
     #[arg(short, long)]
     pub quiet: bool,
+}
+
+impl RunOptions {
+    /// Opens the adapter.
+    pub fn gpu(&self) -> Result<Gpu, GpuError> {
+        open_gpu(self.adapter.as_deref(), self.schedule)
+    }
+}
+
+/// Opens an adapter, which works on tiles as `schedule` says if it says so.
+pub fn open_gpu(adapter: Option<&str>, schedule: Option<Schedule>) -> Result<Gpu, GpuError> {
+    let gpu = Gpu::open(adapter)?;
+    if let Some(schedule) = schedule {
+        gpu.set_schedule(schedule);
+    }
+    Ok(gpu)
 }
 
 /// Machine-readable results.

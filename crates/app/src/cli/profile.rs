@@ -64,6 +64,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         // Times do not depend on how the picture is shown: nothing is metered.
         display: &DisplayOptions { exposure: Some(0.0), tonemap: ToneMap::None },
         adapter: args.run.adapter.as_deref(),
+        schedule: args.run.schedule,
         stereo: None,
         mipmaps: true,
     })?;

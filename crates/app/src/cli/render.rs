@@ -43,6 +43,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         view: &args.view,
         display: &args.display,
         adapter: args.run.adapter.as_deref(),
+        schedule: args.run.schedule,
         mipmaps: true,
         stereo: stereo.map(|stereo| stereo.layout),
     })?;

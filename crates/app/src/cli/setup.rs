@@ -2,12 +2,12 @@
 
 use super::options::{
     DepthKindName, DisplayOptions, FieldOfView, LensOptions, LightName, Overscan, SceneOptions, ShadingName,
-    ViewOptions,
+    ViewOptions, open_gpu,
 };
 use anyhow::{Context, ensure};
 use defocus::camera::Camera;
 use defocus::display::Display;
-use defocus::gpu::Gpu;
+use defocus::gpu::{Gpu, Schedule};
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
 use defocus::methods;
@@ -45,6 +45,7 @@ pub struct SetupOptions<'a> {
     pub view: &'a ViewOptions,
     pub display: &'a DisplayOptions,
     pub adapter: Option<&'a str>,
+    pub schedule: Option<Schedule>,
     /// Whether textures are mipmapped.
     pub mipmaps: bool,
     /// How two eyes' images share one, where there are two.
@@ -62,7 +63,7 @@ impl Setup {
         let camera = source.camera_index(&options.view.camera)?;
         check_overscan(options.view.overscan, &source)?;
 
-        let gpu = Gpu::open(options.adapter)?;
+        let gpu = open_gpu(options.adapter, options.schedule)?;
         let surfaces = SurfaceOptions { unlit: options.view.shading == ShadingName::Unlit, mipmaps: options.mipmaps };
         let uploaded = source.upload(&gpu, surfaces);
         let size = source.fitted_size(options.view.size.unwrap_or_else(|| source.default_size(camera)));

@@ -38,7 +38,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     let json = args.run.json.json.as_ref();
     check_json(json)?;
     catch_interrupts()?;
-    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let gpu = args.run.gpu()?;
     let start = Instant::now();
     let mut found = StressJson {
         adapter: gpu.adapter().clone(),

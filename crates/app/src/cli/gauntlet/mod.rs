@@ -59,7 +59,7 @@ pub fn run(args: &GauntletArgs) -> anyhow::Result<()> {
     let json = args.run.json.json.as_ref();
     check_json(json)?;
     catch_interrupts()?;
-    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let gpu = args.run.gpu()?;
     let adapter = gpu.adapter().clone();
     let start = Instant::now();
     let request = GauntletRequest {

@@ -5,15 +5,19 @@
 //!
 //! 1. the visible image V, and a hidden image H of what lies behind partially occluding
 //!    foreground, section 3.2;
-//! 2. every pixel of both is a sprite of its CoC's size and the aperture's shape, section
+//! 2. every pixel of both is a spot of its CoC's size and the aperture's shape, section
 //!    3.3 and [`super::sprites`];
 //! 3. each destination pixel sums what arrives in three layers: in front of, at and behind
-//!    its own visible surface, equation (6), in 32-bit float where that can be blended;
+//!    its own visible surface, equation (6);
 //! 4. the layers are composed far to near, each divided by its alpha, equation (7).
 //!
 //! What the paper measures on "normalised depth" is measured here on the signed CoC over
 //! its range in view: with stored depth near / d the two are the same scale, and it does
 //! not change with the lens.
+//!
+//! The paper draws the spots as sprites and blends them. By default each pixel gathers here
+//! what reaches it, tile by tile: the same shares on the same layers, in any order, and in 32
+//! bits everywhere. `tests/splat.rs` holds the two against each other.
 //!
 //! Where the alphas of overlapping CoCs sum to more than 1, `1 - alpha` is taken as 0.
 //!
@@ -24,9 +28,12 @@
 //! the default: against accumulation, the built-in cans focused on the wall have 33.2 dB
 //! without H, 32.0 dB with it added and 33.8 dB with it filling (192x144, 64 lens points).
 
-use super::sprites::{SpriteTable, SpritesUniform, sum_format};
+mod sprites;
+mod tiles;
+
+use super::sprites::{SpriteTable, SpritesUniform};
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Blend, Draw, Frame, Shader, Texture};
+use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{Layer, LayerQuery, LensUniform, View};
 use crate::{shader, uniform};
@@ -37,9 +44,14 @@ const SHADER: Shader = shader!("methods/splat");
 /// How the hidden image's layers meet the visible one's.
 pub const HIDDEN_BLENDS: &[&str] = &["filling", "added"];
 
+/// How spots are summed.
+pub const SUMMED_BY: &[&str] = &["tiles", "sprites"];
+
 /// Point splatting with the paper's constants as parameters.
 #[derive(Clone, Debug)]
 pub struct Splat {
+    /// Index among the choices of the parameter of this name.
+    pub by: usize,
     /// Whether a hidden image is drawn and splatted (section 3.2).
     pub hidden: bool,
     /// Index among the choices of the parameter of this name.
@@ -71,6 +83,7 @@ pub struct Splat {
 impl Default for Splat {
     fn default() -> Self {
         Self {
+            by: 0,
             hidden: true,
             hidden_blend: 0,
             separation: 0.05,
@@ -108,7 +121,7 @@ impl Method for Splat {
             id: "splat",
             title: "Point splatting",
             paper: "Lee, Kim and Choi, Real-Time Depth-of-Field Rendering Using Point Splatting on Per-Pixel Layers, Pacific Graphics 2008",
-            summary: "Draws every pixel as its blur spot on three layers around each destination, with a second image of what the foreground hides.",
+            summary: "Spreads every pixel over its blur spot on three layers around each destination, with a second image of what the foreground hides.",
             limits: "Two surfaces deep: a third behind two blurred ones is missing. The cost grows with the area of the CoC.",
             apertures: Apertures::Any,
             needs_scene: false,
@@ -121,6 +134,13 @@ impl Method for Splat {
 
     fn params(&mut self) -> Vec<Param<'_>> {
         vec![
+            Param::choice(
+                "by",
+                "Summed by",
+                &mut self.by,
+                SUMMED_BY,
+                "tiles: each pixel gathers what reaches it. sprites: as in the paper, drawn and blended; the same but for rounding.",
+            ),
             Param::switch(
                 "hidden",
                 "Hidden image",
@@ -174,7 +194,7 @@ impl Method for Splat {
                 "accelerate",
                 "Quarter-area sprites",
                 &mut self.accelerate,
-                "One sprite for four pixels where C is 4 px or more and nothing is partially occluded, section 5.",
+                "One spot for four pixels where C is 4 px or more and nothing is partially occluded, section 5.",
             )
             .trading(&["off", "on"]),
             Param::switch(
@@ -213,17 +233,16 @@ impl Method for Splat {
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let pass = Splatting::new(self, frame, view, lens);
         let arrays = self.accelerate.then(|| pass.choose_arrays(frame));
-        pass.splat_sharp(frame);
-        pass.splat_visible(frame, arrays.as_ref());
+        let layers = pass.splat_visible(frame, arrays.as_ref());
         if !self.hidden_is_needed(frame, view, lens) {
-            return Ok(pass.compose(frame, None));
+            return Ok(pass.compose(frame, &layers, None));
         }
         let limit = pass.hidden_limit(frame);
         let query = LayerQuery { below: Some(&limit), ..LayerQuery::NEAREST };
         let hidden = view.layer(frame, "hidden", query)?;
         frame.expose("hidden", &hidden.color);
         let hidden_layers = pass.splat_hidden(frame, &hidden);
-        Ok(pass.compose(frame, Some(&hidden_layers)))
+        Ok(pass.compose(frame, &layers, Some(&hidden_layers)))
     }
 
     fn explains(&self) -> &'static [&'static str] {
@@ -248,6 +267,10 @@ impl Method for Splat {
         Box::new(self.clone())
     }
 }
+
+/// Labels of L0, L1 and L2, and of M1 and M2.
+const LAYER_LABELS: [&str; 3] = ["layer in front", "layer at", "layer behind"];
+const HIDDEN_LABELS: [&str; 2] = ["hidden at", "hidden behind"];
 
 /// Names of what is exposed.
 const HIDDEN_LIMIT: &str = "hidden limit";
@@ -292,32 +315,42 @@ impl Splat {
     }
 }
 
-/// One frame's splatting: what goes in, and the layers it is summed in.
+/// One frame's splatting: what goes in.
 struct Splatting {
     visible: Layer,
     lens: LensUniform,
     sprites: SpritesUniform,
     params: Params,
     idf_sums: Texture,
-    /// In front of, at and behind the visible surface.
-    layers: [Texture; 3],
+    /// Size of the inner frame.
     size: UVec2,
+    by_sprites: bool,
+    /// How far from its centre the widest spot reaches, px.
+    reach_px: f64,
 }
 
 impl Splatting {
     fn new(splat: &Splat, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
         let table = SpriteTable::of(&lens.aperture);
-        let format = sum_format(frame.gpu(), 3);
-        let size = view.size();
+        let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
         Self {
             visible: view.pinhole(frame),
             lens: view.lens_uniform(lens),
             sprites: table.uniform(view),
             params: splat.uniform(frame, view, lens),
             idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
-            layers: ["layer in front", "layer at", "layer behind"].map(|label| frame.texture(label, size, format)),
-            size,
+            size: view.size(),
+            by_sprites: SUMMED_BY[splat.by] == "sprites",
+            reach_px: table.reach_px(nearest_px.abs().max(farthest_px.abs())),
         }
+    }
+
+    /// Binds what all passes read that look for partial occlusion.
+    fn of_visible_depth<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
+        pass.uniform("lens", &self.lens)
+            .uniform("sprites", &self.sprites)
+            .uniform("params", &self.params)
+            .texture("visible_depth", &self.visible.depth)
     }
 
     /// Equation (4): z below which hidden surfaces are accepted, 0 where none is.
@@ -325,89 +358,39 @@ impl Splatting {
         let size = self.visible.depth.size();
         let limit = frame.texture(HIDDEN_LIMIT, size, wgpu::TextureFormat::R32Float);
         let pass = frame.pass(&SHADER, "find_hidden_limit").texture("behind_z", &limit);
-        pass.uniform("lens", &self.lens)
-            .uniform("sprites", &self.sprites)
-            .uniform("params", &self.params)
-            .texture("visible_depth", &self.visible.depth)
-            .dispatch(size);
+        self.of_visible_depth(pass).dispatch(size);
         frame.expose(HIDDEN_LIMIT, &limit);
         limit
     }
 
-    /// Which of 2x2 pixels are drawn as one, as four, or (between the two) both.
+    /// Which of 2x2 pixels are spread as one, as four, or (between the two) both.
     fn choose_arrays(&self, frame: &mut Frame<'_>) -> Texture {
         let outer = self.visible.depth.size();
         let blocks = UVec2::new(outer.x.div_ceil(2), outer.y.div_ceil(2));
         let arrays = frame.texture("sprite arrays", blocks, wgpu::TextureFormat::R32Uint);
         let pass = frame.pass(&SHADER, "choose_arrays").texture("chosen_arrays", &arrays);
-        pass.uniform("lens", &self.lens)
-            .uniform("sprites", &self.sprites)
-            .uniform("params", &self.params)
-            .texture("visible_depth", &self.visible.depth)
-            .dispatch(blocks);
+        self.of_visible_depth(pass).dispatch(blocks);
         arrays
     }
 
-    /// What stays within its pixel, with which the layers begin.
-    fn splat_sharp(&self, frame: &mut Frame<'_>) {
-        let mut draw = frame.draw(&SHADER, "vs_all", "fs_sharp");
-        for layer in &self.layers {
-            draw = draw.target(layer, Blend::Replace, Some([0.0; 4]));
-        }
-        draw.uniform("lens", &self.lens)
-            .uniform("sprites", &self.sprites)
-            .uniform("params", &self.params)
-            .texture("color", &self.visible.color)
-            .texture("depth", &self.visible.depth)
-            .texture("visible_depth", &self.visible.depth)
-            .vertices(3, 1);
-    }
-
-    fn splat_visible(&self, frame: &mut Frame<'_>, arrays: Option<&Texture>) {
-        let pixels = self.visible.depth.size().element_product();
-        let Some(arrays) = arrays else {
-            self.draw(frame, ["vs_pixel", "fs_visible"], &self.visible, &self.layers, None).vertices(4, pixels);
-            return;
-        };
-        let blocks = arrays.size().element_product();
-        for (vertex, sprites) in [("vs_block", blocks), ("vs_pixel_not_reduced", pixels)] {
-            let draw = self.draw(frame, [vertex, "fs_visible"], &self.visible, &self.layers, None);
-            draw.texture("arrays", arrays).vertices(4, sprites);
+    /// L0, L1 and L2.
+    fn splat_visible(&self, frame: &mut Frame<'_>, arrays: Option<&Texture>) -> [Texture; 3] {
+        match self.by_sprites {
+            true => self.draw_visible(frame, arrays),
+            false => self.gather_visible(frame, arrays),
         }
     }
 
     /// M1 and M2.
     fn splat_hidden(&self, frame: &mut Frame<'_>, hidden: &Layer) -> [Texture; 2] {
-        let pixels = hidden.depth.size().element_product();
-        let format = self.layers[0].format();
-        let layers = ["hidden at", "hidden behind"].map(|label| frame.texture(label, self.size, format));
-        self.draw(frame, ["vs_hidden", "fs_hidden"], hidden, &layers, Some([0.0; 4])).vertices(4, pixels);
-        layers
-    }
-
-    fn draw<'f, 'g>(
-        &self,
-        frame: &'f mut Frame<'g>,
-        [vertex, fragment]: [&'static str; 2],
-        source: &Layer,
-        layers: &[Texture],
-        clear: Option<[f64; 4]>,
-    ) -> Draw<'f, 'g> {
-        let mut draw = frame.draw(&SHADER, vertex, fragment).strips();
-        for layer in layers {
-            draw = draw.target(layer, Blend::Add, clear);
+        match self.by_sprites {
+            true => self.draw_hidden(frame, hidden),
+            false => self.gather_hidden(frame, hidden),
         }
-        draw.uniform("lens", &self.lens)
-            .uniform("sprites", &self.sprites)
-            .uniform("params", &self.params)
-            .texture("color", &source.color)
-            .texture("depth", &source.depth)
-            .texture("visible_depth", &self.visible.depth)
-            .texture("idf_sums", &self.idf_sums)
     }
 
-    fn compose(&self, frame: &mut Frame<'_>, hidden: Option<&[Texture; 2]>) -> Texture {
-        let [front, same, behind] = &self.layers;
+    fn compose(&self, frame: &mut Frame<'_>, layers: &[Texture; 3], hidden: Option<&[Texture; 2]>) -> Texture {
+        let [front, same, behind] = layers;
         for (name, layer) in [("L0: in front", front), ("L1: at", same), ("L2: behind", behind)] {
             frame.expose(name, layer);
         }

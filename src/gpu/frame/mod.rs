@@ -1,20 +1,29 @@
 //! A frame: passes recorded in order, timed, counted, then submitted.
 
+mod passes;
+mod targets;
+mod timing;
+
+pub use passes::{Draw, Pass};
+pub(crate) use targets::attachment;
+pub use targets::{Blend, Target};
+pub(super) use timing::MAX_TIMESTAMPS;
+pub use timing::{PassTime, Timings};
+
 use super::arena::{Arena, Piece};
 use super::bind_groups::Resource;
-use super::kernel::{Build, Kernel, MAX_TARGETS, Pipeline, SamplerKind, Targets};
+use super::kernel::{Build, Kernel};
 use super::reads::READS_BINDING;
 use super::wgsl::{Precision, Shader, Uniform};
 use super::{Buffer, Gpu, Texture};
 use cpu_time::ProcessTime;
 use glam::UVec2;
+use passes::{Bound, EXPECTED_BINDINGS};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::{Arc, OnceLock};
 use std::time::{Duration, Instant};
-
-/// Timestamps that a query set holds: two a pass. Passes beyond are not timed.
-pub(super) const MAX_TIMESTAMPS: u32 = wgpu::QUERY_SET_MAX_QUERIES;
+use timing::{HostTimer, Timer, resolve};
 
 /// What a frame did and what it did not need to do.
 #[derive(Clone, Debug, Default, PartialEq, serde::Serialize)]
@@ -208,7 +217,7 @@ impl<'g> Frame<'g> {
     }
 
     /// A buffer as a resource, cleared first where that is due.
-    fn used(&mut self, buffer: &Buffer) -> Resource {
+    pub(crate) fn used(&mut self, buffer: &Buffer) -> Resource {
         self.clear_unclean(buffer);
         Resource::Buffer(buffer.raw().clone())
     }
@@ -413,17 +422,17 @@ impl<'g> Frame<'g> {
                 gpu.0.chunks.give_back(chunks);
             }
             Encoder::Host(encoder) => {
-                let free = gpu.0.chunks.clone();
+                let lent = gpu.0.chunks.lend(chunks);
                 match times {
                     Some(buffer) => {
                         encoder.map_buffer_on_submit(buffer, wgpu::MapMode::Read, .., move |result| {
                             done(result.is_ok());
                         });
-                        encoder.on_submitted_work_done(move || free.give_back(chunks));
+                        encoder.on_submitted_work_done(move || drop(lent));
                     }
                     None => encoder.on_submitted_work_done(move || {
                         done(true);
-                        free.give_back(chunks);
+                        drop(lent);
                     }),
                 }
             }
@@ -445,25 +454,6 @@ impl Drop for Frame<'_> {
             }
         }
     }
-}
-
-/// Has the timestamps put where the CPU can read them.
-fn resolve(
-    device: &wgpu::Device,
-    encoder: &mut wgpu::CommandEncoder,
-    queries: &wgpu::QuerySet,
-    count: u32,
-) -> wgpu::Buffer {
-    use wgpu::BufferUsages as Usage;
-    let buffer = |usage| {
-        let size = u64::from(count) * 8;
-        device.create_buffer(&wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false })
-    };
-    let resolved = buffer(Usage::QUERY_RESOLVE | Usage::COPY_SRC);
-    let mapped = buffer(Usage::MAP_READ | Usage::COPY_DST);
-    encoder.resolve_query_set(queries, 0..count, &resolved, 0);
-    encoder.copy_buffer_to_buffer(&resolved, 0, &mapped, 0, resolved.size());
-    mapped
 }
 
 /// A frame in an encoder that belongs to someone else, an engine whose own scene may be in
@@ -511,341 +501,4 @@ pub struct Submitted {
     pub exposed: Vec<(String, Texture)>,
     /// GPU times, once they are there.
     pub timings: Timings,
-}
-
-/// Label of the one time that is known of a frame without timestamps.
-const WHOLE_FRAME: &str = "whole frame";
-
-/// GPU time of a pass.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct PassTime {
-    /// The pass's label.
-    pub label: String,
-    /// Duration on the GPU, milliseconds.
-    pub ms: f64,
-}
-
-/// What times passes.
-enum Timer {
-    /// Nothing.
-    None,
-    /// The GPU, by timestamps around each.
-    Stamps(wgpu::QuerySet),
-    /// The host, by submitting each alone.
-    Host(HostTimer),
-}
-
-#[derive(Default)]
-struct HostTimer {
-    /// The pass that is recorded but not submitted.
-    open: Option<String>,
-    times: Vec<PassTime>,
-}
-
-/// Times that arrive when the GPU is done.
-pub struct Timings {
-    gpu: Gpu,
-    labels: Vec<String>,
-    /// Held until nobody asks any more: no other frame may write to it.
-    queries: Option<wgpu::QuerySet>,
-    buffer: Option<wgpu::Buffer>,
-    /// Times of a frame whose passes the host has timed.
-    host: Option<Vec<PassTime>>,
-    /// How long after its submission the frame was found to be done.
-    ready: Arc<OnceLock<Duration>>,
-}
-
-impl Timings {
-    /// The times if they are there by now; `None` if not yet. Of an adapter without usable
-    /// timestamps it is the whole frame's, on the host's clock, unless the frame was one of
-    /// [`Gpu::timed_frame`].
-    pub fn poll(&self) -> Option<Vec<PassTime>> {
-        if let Some(times) = &self.host {
-            return Some(times.clone());
-        }
-        // A lost device answers with an error; then the times simply never arrive.
-        let _ = self.gpu.device().poll(wgpu::PollType::Poll);
-        let elapsed = self.ready.get()?;
-        let Some(buffer) = &self.buffer else {
-            return Some(vec![PassTime { label: WHOLE_FRAME.into(), ms: elapsed.as_secs_f64() * 1e3 }]);
-        };
-        let bytes = buffer.get_mapped_range(..).ok()?;
-        let stamps: &[u64] = bytemuck::try_cast_slice(&bytes).ok()?;
-        let ns_per_tick = f64::from(self.gpu.queue().get_timestamp_period());
-        let ms = |pair: &[u64]| pair[1].saturating_sub(pair[0]) as f64 * ns_per_tick * 1e-6;
-        let pass = |(label, pair): (&String, &[u64])| PassTime { label: label.clone(), ms: ms(pair) };
-        Some(self.labels.iter().zip(stamps.chunks_exact(2)).map(pass).collect())
-    }
-
-    /// Waits for the GPU and returns the times, as [`Timings::poll`]; empty if it is lost.
-    pub fn wait(&self) -> Vec<PassTime> {
-        // As in `poll`: a lost device leaves the times empty.
-        let _ = self.gpu.device().poll(wgpu::PollType::wait_indefinitely());
-        self.poll().unwrap_or_default()
-    }
-}
-
-impl Drop for Timings {
-    fn drop(&mut self) {
-        if let Some(queries) = self.queries.take() {
-            self.gpu.give_back_queries(queries);
-        }
-    }
-}
-
-/// Bindings that a pass has room for from the start.
-const EXPECTED_BINDINGS: usize = 12;
-
-/// A resource under its name in the shader.
-type Bound = (&'static str, Resource);
-
-/// A compute pass being described.
-#[must_use = "a pass does nothing until it is dispatched"]
-pub struct Pass<'f, 'g> {
-    frame: &'f mut Frame<'g>,
-    entry: &'static str,
-    /// The label, with the prefix, where it is not the entry's name.
-    label: Option<String>,
-    kernel: Arc<Kernel>,
-    bound: Vec<Bound>,
-}
-
-macro_rules! binders {
-    () => {
-        /// Binds all levels and layers of a texture, to be read or (storage) written.
-        pub fn texture(mut self, name: &'static str, texture: &Texture) -> Self {
-            self.bound.push((name, Resource::View(texture.view().clone())));
-            self
-        }
-
-        /// Binds one mipmap level of a texture, to be read or (storage) written.
-        pub fn level(mut self, name: &'static str, texture: &Texture, level: u32) -> Self {
-            self.bound.push((name, Resource::View(texture.level_view(level).clone())));
-            self
-        }
-
-        /// Binds one mipmap level of one array layer as a plain texture, to be read or
-        /// (storage) written.
-        pub fn slice(mut self, name: &'static str, texture: &Texture, level: u32, layer: u32) -> Self {
-            self.bound.push((name, Resource::View(texture.slice_view(level, layer).clone())));
-            self
-        }
-
-        /// Binds a storage buffer.
-        pub fn buffer(mut self, name: &'static str, buffer: &Buffer) -> Self {
-            let resource = self.frame.used(buffer);
-            self.bound.push((name, resource));
-            self
-        }
-
-        /// Binds a sampler.
-        pub fn sampler(mut self, name: &'static str, kind: SamplerKind) -> Self {
-            self.bound.push((name, Resource::Sampler(self.frame.gpu.0.kernels.sampler(kind))));
-            self
-        }
-    };
-}
-
-impl Pass<'_, '_> {
-    binders!();
-
-    /// Replaces the pass's label. It is only written out where someone reads it:
-    /// `format_args!` costs nothing.
-    pub fn label(mut self, label: impl Display) -> Self {
-        if self.frame.wants_labels() {
-            self.label = Some(format!("{}{label}", self.frame.prefix));
-        }
-        self
-    }
-
-    /// Uploads and binds a uniform. Panics if its layout differs from the shader's.
-    pub fn uniform<U: Uniform>(mut self, name: &'static str, value: &U) -> Self {
-        self.kernel.check_uniform::<U>(name).unwrap_or_else(|e| panic!("{e}"));
-        let uniform = self.frame.uniform(value);
-        self.bound.push((name, uniform));
-        self
-    }
-
-    /// Runs one invocation for each element of `size` (and a few beyond: shaders check).
-    pub fn dispatch(self, size: UVec2) {
-        let [x, y, _] = self.kernel.workgroup_size;
-        self.dispatch_groups(size.x.div_ceil(x), size.y.div_ceil(y), 1);
-    }
-
-    /// As [`Pass::dispatch`], once for each of `layers`: z of the grid is the layer.
-    pub fn dispatch_layers(self, size: UVec2, layers: u32) {
-        let [x, y, _] = self.kernel.workgroup_size;
-        self.dispatch_groups(size.x.div_ceil(x), size.y.div_ceil(y), layers);
-    }
-
-    /// Runs a grid of workgroups.
-    pub fn dispatch_groups(self, x: u32, y: u32, z: u32) {
-        self.run(|pass| pass.dispatch_workgroups(x, y, z));
-    }
-
-    /// Runs the grid of workgroups whose three u32 lie at byte `offset` of `counts`, a buffer
-    /// of [`Gpu::indirect_buffer`]. They must not exceed the adapter's greatest grid: 65535
-    /// on each axis anywhere.
-    pub fn dispatch_indirect(self, counts: &Buffer, offset: u64) {
-        self.frame.clear_unclean(counts);
-        self.frame.stats.indirect_dispatches += 1;
-        self.run(|pass| pass.dispatch_workgroups_indirect(counts.raw(), offset));
-    }
-
-    fn run(self, dispatch: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
-        let Self { frame, entry, label, kernel, bound } = self;
-        let bound = frame.with_reads(&kernel, bound);
-        let groups = kernel.bind_groups(&frame.gpu.0.bind_groups, frame.gpu.device(), &bound, frame.number);
-        frame.stats.dispatches += 1;
-        let slot = frame.timed(label.as_deref().unwrap_or(entry), label.is_none());
-        // A pass that is timed stands alone.
-        let is_timed = !matches!(frame.timer, Timer::None);
-        if is_timed {
-            frame.open = None;
-        }
-        let open = frame.open.take();
-        let is_set = open.as_ref().is_some_and(|open| Arc::ptr_eq(&open.kernel, &kernel));
-        let mut pass = match open {
-            Some(open) => open.pass,
-            None => {
-                let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::ComputePassTimestampWrites {
-                    query_set,
-                    beginning_of_pass_write_index: Some(*first),
-                    end_of_pass_write_index: Some(first + 1),
-                });
-                let label = is_timed.then_some(kernel.name.as_str());
-                let descriptor = wgpu::ComputePassDescriptor { label, timestamp_writes };
-                frame.encoder.get().begin_compute_pass(&descriptor).forget_lifetime()
-            }
-        };
-        if let (Pipeline::Compute(pipeline), false) = (&kernel.pipeline, is_set) {
-            pass.set_pipeline(pipeline);
-        }
-        for bindable in &groups {
-            pass.set_bind_group(bindable.index, &bindable.group, bindable.offsets());
-        }
-        dispatch(&mut pass);
-        frame.open = (!is_timed).then_some(OpenPass { pass, kernel });
-    }
-}
-
-/// How fragments meet what is there.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Blend {
-    /// They replace it.
-    Replace,
-    /// They are added to it.
-    Add,
-    /// Premultiplied "over": `source + (1 - source alpha) * target`.
-    Over,
-}
-
-/// Format and blending of a render target.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Target {
-    /// Texel format.
-    pub format: wgpu::TextureFormat,
-    /// How fragments meet what is there.
-    pub blend: Blend,
-}
-
-impl Target {
-    pub(super) fn state(self) -> wgpu::ColorTargetState {
-        let blend = match self.blend {
-            Blend::Replace => None,
-            Blend::Add => {
-                let one = wgpu::BlendFactor::One;
-                let operation = wgpu::BlendOperation::Add;
-                let add = wgpu::BlendComponent { src_factor: one, dst_factor: one, operation };
-                Some(wgpu::BlendState { color: add, alpha: add })
-            }
-            Blend::Over => Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        };
-        wgpu::ColorTargetState { format: self.format, blend, write_mask: wgpu::ColorWrites::ALL }
-    }
-}
-
-pub(crate) fn attachment(
-    view: &wgpu::TextureView,
-    load: wgpu::LoadOp<wgpu::Color>,
-) -> wgpu::RenderPassColorAttachment<'_> {
-    let ops = wgpu::Operations { load, store: wgpu::StoreOp::Store };
-    wgpu::RenderPassColorAttachment { view, depth_slice: None, resolve_target: None, ops }
-}
-
-type UniformCheck = fn(&Kernel, &str) -> Result<(), String>;
-
-/// A draw being described.
-#[must_use = "a draw does nothing until its vertices are named"]
-pub struct Draw<'f, 'g> {
-    frame: &'f mut Frame<'g>,
-    shader: &'f Shader,
-    entries: [&'static str; 2],
-    topology: wgpu::PrimitiveTopology,
-    bound: Vec<Bound>,
-    uniform_checks: Vec<(&'static str, UniformCheck)>,
-    targets: Vec<(Target, wgpu::TextureView, wgpu::LoadOp<wgpu::Color>)>,
-}
-
-impl Draw<'_, '_> {
-    binders!();
-
-    /// Uploads and binds a uniform; its layout is checked when the draw runs.
-    pub fn uniform<U: Uniform>(mut self, name: &'static str, value: &U) -> Self {
-        self.uniform_checks.push((name, Kernel::check_uniform::<U>));
-        let uniform = self.frame.uniform(value);
-        self.bound.push((name, uniform));
-        self
-    }
-
-    /// Draws triangle strips (quads of four vertices) instead of triangle lists.
-    pub fn strips(mut self) -> Self {
-        self.topology = wgpu::PrimitiveTopology::TriangleStrip;
-        self
-    }
-
-    /// Adds a target; `clear` sets it before the draw, `None` keeps what is there.
-    pub fn target(mut self, texture: &Texture, blend: Blend, clear: Option<[f64; 4]>) -> Self {
-        let load = match clear {
-            Some([r, g, b, a]) => wgpu::LoadOp::Clear(wgpu::Color { r, g, b, a }),
-            None => wgpu::LoadOp::Load,
-        };
-        let target = Target { format: texture.format(), blend };
-        self.targets.push((target, texture.level_view(0).clone(), load));
-        self
-    }
-
-    /// Draws `instances` copies of `vertices` vertices. Panics with more than four targets.
-    pub fn vertices(self, vertices: u32, instances: u32) {
-        let Self { frame, shader, entries, topology, bound, uniform_checks, targets } = self;
-        assert!(targets.len() <= MAX_TARGETS, "{}: a draw has at most {MAX_TARGETS} targets", entries[1]);
-        let gpu = frame.gpu;
-        let of_kernel: Targets = std::array::from_fn(|i| targets.get(i).map(|t| t.0));
-        let kernel = gpu.0.kernels.render(shader, entries, frame.build(), topology, of_kernel);
-        for (name, check) in &uniform_checks {
-            check(&kernel, name).unwrap_or_else(|e| panic!("{e}"));
-        }
-        let bound = frame.with_reads(&kernel, bound);
-        let groups = kernel.bind_groups(&gpu.0.bind_groups, gpu.device(), &bound, frame.number);
-        let slot = frame.timed(entries[1], true);
-        let timestamp_writes = slot.as_ref().map(|(query_set, first)| wgpu::RenderPassTimestampWrites {
-            query_set,
-            beginning_of_pass_write_index: Some(*first),
-            end_of_pass_write_index: Some(first + 1),
-        });
-        let attachments: Vec<_> = targets.iter().map(|(_, view, load)| Some(attachment(view, *load))).collect();
-        let mut pass = frame.encoder().begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some(&kernel.name),
-            color_attachments: &attachments,
-            timestamp_writes,
-            ..Default::default()
-        });
-        if let Pipeline::Render(pipeline) = &kernel.pipeline {
-            pass.set_pipeline(pipeline);
-        }
-        for bindable in &groups {
-            pass.set_bind_group(bindable.index, &bindable.group, bindable.offsets());
-        }
-        pass.draw(0..vertices, 0..instances);
-    }
 }

@@ -1,0 +1,105 @@
+//! Views from many points of a lens at little cost to the CPU: what may be in any of them is
+//! found and recorded once, as a render bundle; a view then is that bundle with its own eye.
+
+use super::Layer;
+use super::pipelines::{COLOR, DEPTH_BUFFER, LayerKind, STORED_DEPTH};
+use super::raster::{SceneSource, Shot, begin_pass};
+use crate::camera::Projection;
+use crate::gpu::{Frame, Piece, Resource};
+use glam::Vec4;
+use std::sync::{Arc, PoisonError};
+
+/// The eyes on a lens, in view space.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Eyes {
+    /// How far from the lens's centre they lie at most, m.
+    pub radius_m: f32,
+    /// Distance at which all of them see the same frame, m; may be infinite.
+    pub focus_m: f32,
+}
+
+impl Eyes {
+    /// How far the sides of a frustum lie from those of the lens's centre at most where this
+    /// sphere (centre, radius) is, m: the sides meet in focus and are apart by the eye's
+    /// distance at the lens.
+    pub(super) fn shift_m(&self, sphere: Vec4) -> f32 {
+        let at = |d: f32| (1.0 - d / self.focus_m).abs();
+        self.radius_m * at(-sphere.z - sphere.w).max(at(-sphere.z + sphere.w))
+    }
+}
+
+/// What the views from a lens have in common.
+pub(super) struct LensViews {
+    projection: Projection,
+    eyes: Eyes,
+    bundle: wgpu::RenderBundle,
+    /// A [`ViewUniform`](super::pipelines::ViewUniform): that of the view which is drawn next.
+    view: wgpu::Buffer,
+    triangles: u64,
+}
+
+impl SceneSource {
+    /// Draws the nearest layer as one of `eyes` sees it: all that of a shot differs among them
+    /// is the uniform.
+    pub(super) fn draw_from_lens(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>, eyes: Eyes) -> Layer {
+        let common = self.lens_views(frame, shot, eyes);
+        let size = shot.projection.outer_size();
+        let layer = Layer {
+            color: frame.texture("layer colour", size, COLOR),
+            depth: frame.texture("layer depth", size, STORED_DEPTH),
+        };
+        let depth_buffer = frame.texture("depth buffer", size, DEPTH_BUFFER);
+        frame.stats.triangles += common.triangles;
+        frame.stats.views += 1;
+        let uniform = self.uniform(shot);
+        let Piece { buffer, offset } = frame.data(bytemuck::bytes_of(&uniform));
+        let bytes = common.view.size();
+        frame.encoder().copy_buffer_to_buffer(&buffer, u64::from(offset), &common.view, 0, bytes);
+        let mut pass = begin_pass(frame, label, &[&layer.color, &layer.depth], &depth_buffer);
+        pass.execute_bundles([&common.bundle]);
+        drop(pass);
+        layer
+    }
+
+    /// The last ones' if they are the same.
+    fn lens_views(&self, frame: &mut Frame<'_>, shot: &Shot<'_>, eyes: Eyes) -> Arc<LensViews> {
+        let mut kept = self.lens_views.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(common) = kept.as_ref().filter(|c| c.projection == *shot.projection && c.eyes == eyes) {
+            return common.clone();
+        }
+        let common = Arc::new(self.record_bundle(frame, shot, eyes));
+        *kept = Some(common.clone());
+        common
+    }
+
+    fn record_bundle(&self, frame: &mut Frame<'_>, shot: &Shot<'_>, eyes: Eyes) -> LensViews {
+        let gpu = frame.gpu();
+        let centre = Shot {
+            clip_from_view: shot.projection.clip_from_view(&crate::lens::Lens::PINHOLE, glam::DVec2::ZERO),
+            ..*shot
+        };
+        let drawn = self.visible(&centre, LayerKind::Nearest, Some(&eyes));
+        let uniform = self.uniform(shot);
+        let bytes = bytemuck::bytes_of(&uniform);
+        let view = gpu.lasting_buffer("view from a lens point", bytes, wgpu::BufferUsages::UNIFORM);
+        let rows: &[u8] = bytemuck::cast_slice(&drawn.rows);
+        let instances = gpu.lasting_buffer("instances", rows, wgpu::BufferUsages::VERTEX);
+        let whole = Resource::Uniform(Piece { buffer: view.clone(), offset: 0 }, bytes.len() as u32);
+        let bind_group = self.bind_frame(frame, whole, None);
+        let mut encoder = gpu.device().create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
+            label: Some("lens views"),
+            color_formats: &[Some(COLOR), Some(STORED_DEPTH)],
+            depth_stencil: Some(wgpu::RenderBundleDepthStencil {
+                format: DEPTH_BUFFER,
+                depth_read_only: false,
+                stencil_read_only: true,
+            }),
+            sample_count: 1,
+            multiview: None,
+        });
+        encoder.set_bind_group(0, &bind_group, &[0]);
+        drawn.encode(&mut encoder, &self.scene, instances.slice(..));
+        let bundle = encoder.finish(&wgpu::RenderBundleDescriptor { label: Some("lens views") });
+        LensViews { projection: *shot.projection, eyes, bundle, view, triangles: drawn.triangles() }
+    }
+}
