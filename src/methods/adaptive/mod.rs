@@ -53,9 +53,9 @@ const MAX_LAYERS: u32 = 4;
 /// Greatest factor by which noisy tiles have more lens points.
 const MAX_REFINE: u32 = 4;
 
-/// Root mean square error of a tile, of display values in [0, 1], from which it is noisy: three
+/// Root mean square error of a tile, of display values in [0, 1], from which it is noisy: two
 /// steps of an 8-bit display. It is estimated from the difference of two halves of the rays.
-const NOISE_LIMIT: f32 = 3.0 / 255.0;
+const NOISE_LIMIT: f32 = 2.0 / 255.0;
 
 /// Frames submitted at once.
 const FRAMES_A_FLUSH: u32 = 16;
