@@ -13,10 +13,15 @@ fn over_limit(color: vec3f) -> vec3f {
 
 /// The share of that which emitters bring, for a surface with CoC radius s: none in focus,
 /// where rays read it as it is, no step on the way, and all where they read layers, which
-/// hold means without lights (`FINE_UP_TO_S`).
-fn emitted_share(s: f32) -> f32 {
-    return clamp(2.0 * abs(s) - 2.0, 0.0, 1.0);
+/// hold means without lights (`FINE_UP_TO_S`). The pixels of an image are `squares`, whose light is
+/// known exactly wherever it leaves them.
+fn emitted_share(s: f32, squares: bool) -> f32 {
+    return select(clamp(2.0 * abs(s) - 2.0, 0.0, 1.0), select(0.0, 1.0, abs(s) > IN_FOCUS_S), squares);
 }
+
+/// |s|, px, up to which a pixel shows the pinhole's colour: `COPY_RADIUS_PX` in
+/// src/methods/adaptive/tiles.rs.
+const IN_FOCUS_S = 0.25;
 
 /// Light kept apart in one pixel of the outer frame: sums over samples.
 struct Light {
@@ -90,4 +95,32 @@ fn disc_density(emitter: Emitter, offset: vec2f, lens_radius: f32) -> f32 {
     let blur = abs(emitter.s) * lens_radius;
     let x = clamp((blur - radius * radius / (8.0 * blur) - distance) / radius, -1.0, 1.0);
     return (0.5 + (x * sqrt(1.0 - x * x) + asin(x)) / PI) / (PI * lens_radius * lens_radius);
+}
+
+/// Area under the upper half of a circle from its left end to x = `t`.
+fn half_circle_area(r: f32, t: f32) -> f32 {
+    return 0.5 * (t * sqrt(max(r * r - t * t, 0.0)) + r * r * asin(clamp(t / r, -1.0, 1.0))) + 0.25 * PI * r * r;
+}
+
+/// Area of the part of a circle about the origin that lies to the left of `corner` and below it.
+fn circle_before(r: f32, corner: vec2f) -> f32 {
+    let x = clamp(corner.x, -r, r);
+    let y = clamp(corner.y, -r, r);
+    // From -w to w the line at y cuts the circle.
+    let w = sqrt(max(r * r - y * y, 0.0));
+    let c = clamp(x, -w, w);
+    let cut = half_circle_area(r, c) - half_circle_area(r, -w);
+    return select(cut + y * (c + w), 2.0 * half_circle_area(r, x) - cut + y * (c + w), y >= 0.0);
+}
+
+/// Density, over the square of the lens's radius, of a disc lens seen from `offset` px beside a
+/// pixel, averaged over its square: exact for any blur.
+fn disc_density_of_pixel(s: f32, offset: vec2f, lens_radius: f32) -> f32 {
+    let r = abs(s) * lens_radius;
+    let low = offset - 0.5;
+    let high = offset + 0.5;
+    let area = circle_before(r, high) - circle_before(r, vec2f(low.x, high.y)) - circle_before(r, vec2f(high.x, low.y))
+        + circle_before(r, low);
+    // What is left of a difference of equal areas is rounding.
+    return select(0.0, area, area > 1e-5 * r * r) / (PI * lens_radius * lens_radius);
 }

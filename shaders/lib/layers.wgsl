@@ -54,6 +54,8 @@ struct Adaptive {
     most_points: u32,
     /// Root mean square error of display values from which a tile is noisy.
     noise_limit: f32,
+    /// 1: what is seen is an image with depth.
+    is_image: u32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;

@@ -112,7 +112,9 @@ fn is_fine(s: f32) -> bool {
 /// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
 fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
     let fine = is_fine(start);
-    let px = select(2.0, 1.0 / f32(adaptive.samples_a_side), fine && adaptive.samples_a_side > 1u);
+    // Between two steps of a ray through an image lies at most the corner of a pixel.
+    let samples_a_side = select(adaptive.samples_a_side, 2u, adaptive.is_image != 0u);
+    let px = select(2.0, 1.0 / f32(samples_a_side), fine && samples_a_side > 1u);
     var limit = end;
     if start < FINE_UP_TO_S {
         limit = min(end, select(-FINE_UP_TO_S, FINE_UP_TO_S, fine));
@@ -344,6 +346,11 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 
 /// Colour of a sample that was hit.
 fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
+    let own = without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+    // The pixels of an image are squares of one colour, and not points of a finer one.
+    if adaptive.is_image != 0u {
+        return own;
+    }
     let ray = p - v * (hit.s * shrink(hit.s, sample_blur()));
     let b = bilinear(texels_of(adaptive.samples_a_side, ray));
     var same = true;
@@ -362,7 +369,7 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     if same {
         return interpolated(ray, limited);
     }
-    return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+    return own;
 }
 
 /// The samples around a position, px, of whatever surfaces.
@@ -401,5 +408,5 @@ fn corner_weight(b: Bilinear, i: i32) -> f32 {
 }
 
 fn without_lights(color: vec3f, s: f32, limited: bool) -> vec3f {
-    return select(color, color - emitted_share(s) * over_limit(color), limited);
+    return select(color, color - emitted_share(s, adaptive.is_image != 0u) * over_limit(color), limited);
 }

@@ -31,6 +31,11 @@ fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
 /// and an emitter's own surface, a rounding away, does not.
 const IN_FRONT_S = 0.5;
 
+/// Whether an emitter is one pixel of an image, all of it.
+fn is_pixel(emitter: Emitter) -> bool {
+    return adaptive.is_image != 0u && abs(side_of(emitter) - 1.0) < 1e-3;
+}
+
 /// What the tile's emitters bring to `p`, each through one ray.
 fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let index = tile.y * adaptive.inner_tiles.x + tile.x;
@@ -39,9 +44,13 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
-        let v = (p - emitter.at) / emitter.s;
+        var v = (p - emitter.at) / emitter.s;
         var density = 0.0;
-        if highlights.is_disc != 0u {
+        if highlights.is_disc != 0u && is_pixel(emitter) {
+            density = disc_density_of_pixel(emitter.s, p - emitter.at, adaptive.lens_radius);
+            // The centre of a pixel may lie beyond the lens when a part of it does not.
+            v *= min(1.0, adaptive.lens_radius / max(length(v), 1e-6));
+        } else if highlights.is_disc != 0u {
             density = disc_density(emitter, p - emitter.at, adaptive.lens_radius);
         } else {
             density = aperture_density(emitter, v);

@@ -123,7 +123,7 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
         if cell_levels[index] == level {
             let light = light_of[index];
             let s = s_of(light);
-            let share = emitted_share(s);
+            let share = emitted_share(s, adaptive.is_image != 0u);
             let o = vec2f(from_origin);
             emitter.excess += share * light.excess;
             emitter.s += share * light.weight * s;

@@ -13,6 +13,9 @@
 /// Rays, texels read, sum of the layers that were hit (0 the nearest), rays that hit nothing.
 @group(0) @binding(3) var counts: texture_storage_2d<rgba16float, write>;
 
+/// What is far brighter than white, by pixel of the outer frame; one element where nothing is.
+@group(0) @binding(4) var<storage, read> lights: array<Light>;
+
 /// The layer that was hit, 0 the nearest.
 fn layer_number(hit: Hit) -> f32 {
     return select(f32(hit.layer), 0.0, hit.layer == SAMPLE);
@@ -102,6 +105,31 @@ const MOST_SETS = 4u;
 /// Sum over the tile's pixels of their squared errors after each set, in units of 1e-6.
 var<workgroup> tile_error: array<atomic<u32>, MOST_SETS>;
 
+/// 1: light that rays alone bring reaches the tile.
+var<workgroup> is_bright: atomic<u32>;
+
+/// How far, px, such light reaches: the greatest |s| of a light that is not all of it an emitter's
+/// (`emitted_share`), and a pixel for the light itself.
+const BRIGHT_REACH_PX = 3;
+const BRIGHT_SIDE = TILE + 2u * u32(BRIGHT_REACH_PX);
+
+/// Looks for light around the tile that is near focus, each invocation at some pixels. A ray meets it
+/// seldom and it shows wherever one does: no estimate of noise knows it.
+fn find_bright(tile: vec2u, index: u32) {
+    let outer = adaptive.size + 2u * adaptive.overscan;
+    let first = vec2i(tile * TILE + adaptive.overscan) - BRIGHT_REACH_PX;
+    let has_lights = arrayLength(&lights) > 1u;
+    let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, has_lights & (adaptive.is_image == 0u));
+    for (var i = index; i < count; i += 64u) {
+        let at = clamp_to_image(first + vec2i(vec2u(i % BRIGHT_SIDE, i / BRIGHT_SIDE)), outer);
+        let light = lights[u32(at.y) * outer.x + u32(at.x)];
+        if light.weight > 0.0 {
+            let s = s_of_depth(adaptive, light.z / light.weight);
+            atomicOr(&is_bright, select(0u, 1u, emitted_share(s, false) < 1.0));
+        }
+    }
+}
+
 @compute @workgroup_size(8, 8)
 fn trace_complex(
     @builtin(workgroup_id) group: vec3u,
@@ -114,6 +142,7 @@ fn trace_complex(
         find_runs(vec2u(found.low, found.high));
         emitter_count = found.emitters;
     }
+    find_bright(tile, index);
     workgroupBarrier();
     let pixel = tile * TILE + local.xy;
     let inside = all(pixel < adaptive.size);
@@ -124,7 +153,7 @@ fn trace_complex(
     var rays = 0u;
     for (var k = 0u; k < MOST_SETS; k++) {
         let end = min(rays + adaptive.points, adaptive.most_points);
-        let noisy = k == 0u || f32(atomicLoad(&tile_error[max(k, 1u) - 1u])) > limit;
+        let noisy = k == 0u || atomicLoad(&is_bright) != 0u || f32(atomicLoad(&tile_error[max(k, 1u) - 1u])) > limit;
         let next = select(rays, end, noisy);
         cast_rays(p, index, rays, select(rays, next, inside));
         rays = next;

@@ -22,7 +22,7 @@ pub use import::{DepthConvention, ForeignFrame};
 pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
-pub use samples::{HIGHLIGHT_LIMIT, Lights, MAX_DRAWS};
+pub use samples::{HIGHLIGHT_LIMIT, LIGHT_BYTES, Lights, MAX_DRAWS};
 pub use slabs::{MAX_SLABS_AT_ONCE, SlabArrays, SlabShot};
 pub use upload::{GpuScene, SurfaceOptions};
 

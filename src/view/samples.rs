@@ -18,7 +18,7 @@ pub const HIGHLIGHT_LIMIT: f32 = 2.0;
 pub const MAX_DRAWS: u32 = 4;
 
 /// Bytes of `Light` in `shaders/lib/emitters.wgsl`.
-const LIGHT_BYTES: u64 = 48;
+pub const LIGHT_BYTES: u64 = 48;
 
 uniform! {
     struct Sampling {

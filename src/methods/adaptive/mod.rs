@@ -130,7 +130,7 @@ uniform! {
         samples_a_side: u32,
         most_points: u32,
         noise_limit: f32,
-        _pad: u32,
+        is_image: u32,
     }
 }
 
@@ -353,7 +353,7 @@ impl Adaptive {
             samples_a_side: peeled.samples_a_side,
             most_points: self.refine * (8 << self.points),
             noise_limit: NOISE_LIMIT,
-            ..Default::default()
+            is_image: (!view.is_scene()).into(),
         }
     }
 }

@@ -6,7 +6,7 @@ use super::tiles::Tiles;
 use super::views::Views;
 use crate::gpu::{Buffer, Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
 use crate::shader;
-use crate::view::Peeled;
+use crate::view::{LIGHT_BYTES, Peeled};
 use glam::UVec2;
 
 const TRACE: Shader = shader!("methods/adaptive_trace");
@@ -64,10 +64,15 @@ impl Rays<'_> {
 
     /// Gathers the hits of every pixel's rays.
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
+        let lights = match &self.peeled.lights {
+            Some(lights) => lights.buffer.clone(),
+            None => frame.gpu().buffer("no lights", LIGHT_BYTES),
+        };
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
             let mut pass = frame.pass(&TRACE, entry).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
                 pass = pass
+                    .buffer("lights", &lights)
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
                     .texture("view_colors", &self.views.colors);
