@@ -38,7 +38,8 @@ fn assert_sums_alike(splat: &Splat, view: &mut View, lens: &Lens, what: &str) {
         frame.keep_intermediates();
         frame.precision = Precision::Full;
         let texture = methods::record(&splat, &mut frame, view, lens).unwrap();
-        (download(gpu(), &texture), layers(&frame.finish().exposed))
+        let exposed = frame.finish().exposed;
+        (download(gpu(), &texture), layers(&exposed))
     };
     let (tiles, sprites) = (by("tiles"), by("sprites"));
     assert!(tiles.1.len() >= 3 && tiles.1.len() == sprites.1.len(), "{what}: {} layers", tiles.1.len());
@@ -52,6 +53,7 @@ fn assert_sums_alike(splat: &Splat, view: &mut View, lens: &Lens, what: &str) {
     // Composed layers are divided by their alpha, down to where that is little more than
     // rounding: what lights a hundred times as bright would make of that is not compared.
     let difference = greatest_difference(&tiles.0, &sprites.0);
+    println!("{what}: {difference:.1e}");
     assert!(difference < 1e-3, "{what}: {difference}");
 }
 
