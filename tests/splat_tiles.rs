@@ -65,18 +65,16 @@ fn tiles_and_sprites_give_the_same_layers_of_a_scene() {
     scene.textures = vec![Arc::new(common::uv_grid_texture(uvec2(64, 64)))];
     // Focused on the wall; the near square has a CoC of -24 px.
     let lens = common::lens(8.0, 4.0);
-    for aperture in apertures() {
-        for overscan in [0, 7, 16] {
-            let options = SurfaceOptions { mipmaps: false, ..SurfaceOptions::default() };
-            let scene = GpuScene::new(gpu(), &scene, options);
-            // Sizes that end within a tile, and a margin that begins within one.
-            let mut view = View::of_scene(scene, front_camera(), uvec2(61, 43), overscan).unwrap();
-            for accelerate in [false, true] {
-                let splat = Splat { accelerate, ..Splat::default() };
-                let lens = Lens { aperture: aperture.clone(), ..lens.clone() };
-                let what = format!("{aperture:?}, margin {overscan} px, accelerated: {accelerate}");
-                assert_sums_alike(&splat, &mut view, &lens, &what);
-            }
+    let options = SurfaceOptions { mipmaps: false, ..SurfaceOptions::default() };
+    let scene = GpuScene::new(gpu(), &scene, options);
+    // Sizes that end within a tile, and margins that begin at one's edge and within it.
+    for (aperture, overscan) in apertures().into_iter().zip([0, 7, 16, 3, 20]) {
+        let mut view = View::of_scene(scene.clone(), front_camera(), uvec2(61, 43), overscan).unwrap();
+        for accelerate in [false, true] {
+            let splat = Splat { accelerate, ..Splat::default() };
+            let lens = Lens { aperture: aperture.clone(), ..lens.clone() };
+            let what = format!("{aperture:?}, margin {overscan} px, accelerated: {accelerate}");
+            assert_sums_alike(&splat, &mut view, &lens, &what);
         }
     }
 }
