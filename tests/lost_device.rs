@@ -78,7 +78,7 @@ methods! {
     pyramid: "pyramid" [];
     opaque: "opaque" [];
     splat: "splat" [];
-    splat_by_sprites: "splat" [("by", "sprites")];
+    splat_by_tiles: "splat" [("by", "tiles")];
     adaptive: "adaptive" [("fineness", "1"), ("draws", "1"), ("layers", "2")];
     adaptive_with_more_samples: "adaptive" [("fineness", "1"), ("draws", "2"), ("layers", "1")];
 }

@@ -79,7 +79,11 @@ impl TileLists {
             tiles,
             schedule,
             lists: gpu.scratch("tile lists", bytes),
-            dispatches: gpu.indirect_buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
+            // By branches it is bound and not looked at.
+            dispatches: match schedule {
+                Schedule::TileLists => gpu.indirect_buffer("tile dispatches", CLASSES * DISPATCH_BYTES),
+                Schedule::Branches => gpu.scratch("tile dispatches", CLASSES * DISPATCH_BYTES),
+            },
         }
     }
 

@@ -15,9 +15,10 @@
 //! its range in view: with stored depth near / d the two are the same scale, and it does
 //! not change with the lens.
 //!
-//! The paper draws the spots as sprites and blends them. By default each pixel gathers here
-//! what reaches it, tile by tile: the same shares on the same layers, in any order, and in 32
-//! bits everywhere. `tests/splat.rs` holds the two against each other.
+//! The paper draws the spots as sprites and blends them. On hardware each pixel gathers what
+//! reaches it, tile by tile: the same shares on the same layers, in any order, and in 32 bits
+//! everywhere. A software adapter runs both sides of every branch of that and blends at no
+//! extra cost: there sprites are drawn. `tests/splat_tiles.rs` holds the two against each other.
 //!
 //! Where the alphas of overlapping CoCs sum to more than 1, `1 - alpha` is taken as 0.
 //!
@@ -44,8 +45,9 @@ const SHADER: Shader = shader!("methods/splat");
 /// How the hidden image's layers meet the visible one's.
 pub const HIDDEN_BLENDS: &[&str] = &["filling", "added"];
 
-/// How spots are summed.
-pub const SUMMED_BY: &[&str] = &["tiles", "sprites"];
+/// How spots are summed. "adapter": as is faster there, by tiles on hardware and by sprites
+/// in software, if it blends 32-bit floats.
+pub const SUMMED_BY: &[&str] = &["adapter", "tiles", "sprites"];
 
 /// Point splatting with the paper's constants as parameters.
 #[derive(Clone, Debug)]
@@ -139,7 +141,7 @@ impl Method for Splat {
                 "Summed by",
                 &mut self.by,
                 SUMMED_BY,
-                "tiles: each pixel gathers what reaches it. sprites: as in the paper, drawn and blended; the same but for rounding.",
+                "tiles: each pixel gathers what reaches it. sprites: as in the paper, drawn and blended; the same but for rounding. adapter: tiles on hardware, sprites in software.",
             ),
             Param::switch(
                 "hidden",
@@ -340,7 +342,10 @@ impl Splatting {
             params: splat.uniform(frame, view, lens),
             idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
             size: view.size(),
-            by_sprites: SUMMED_BY[splat.by] == "sprites",
+            by_sprites: match SUMMED_BY[splat.by] {
+                "adapter" => frame.gpu().is_software() && sprites::blends_32_bits(frame.gpu()),
+                by => by == "sprites",
+            },
             reach_px: table.reach_px(nearest_px.abs().max(farthest_px.abs())),
         }
     }

@@ -2,7 +2,7 @@
 
 use super::super::sprites::sum_format;
 use super::{HIDDEN_LABELS, LAYER_LABELS, Splatting};
-use crate::gpu::{Blend, Draw, Frame, Shader, Texture};
+use crate::gpu::{Blend, Draw, Frame, Gpu, Shader, Texture};
 use crate::shader;
 use crate::view::Layer;
 
@@ -10,6 +10,11 @@ const SHADER: Shader = shader!("methods/splat_sprites");
 
 /// Targets of all layers together.
 const TARGETS: u32 = 3;
+
+/// Whether all layers can be summed in 32-bit float.
+pub(super) fn blends_32_bits(gpu: &Gpu) -> bool {
+    sum_format(gpu, TARGETS) == wgpu::TextureFormat::Rgba32Float
+}
 
 impl Splatting {
     /// L0, L1 and L2, in 32-bit float where that can be blended.

@@ -98,7 +98,7 @@ impl Splatting {
         let count = self.size.map(|side| side.div_ceil(TILE_PX)) + 2 * first;
         // A block's spot lies half a pixel off, and may be rounded up. No tile is farther away
         // than the frame is wide.
-        let window = ((self.reach_px + 1.0) / f64::from(TILE_PX)).ceil() as u32 + 1;
+        let window = (((self.reach_px + 1.0) / f64::from(TILE_PX)).ceil() as u32).saturating_add(1);
         Tiles {
             count: count.to_array(),
             first,

@@ -1,11 +1,9 @@
 //! Devices that are opened with the limits that every adapter has.
 
-mod common;
-
 use defocus::gpu::Gpu;
 use defocus::methods::{self, MethodError};
-use defocus::study::{DepthArgs, Source};
 use defocus::view::SurfaceOptions;
+use defocus_study::{DepthArgs, Source};
 use glam::{UVec2, uvec2};
 
 /// A device without optional features and with these limits.
