@@ -1,7 +1,11 @@
-//! `defocus`, the program: the command line and, with the feature "app", the window.
+//! `defocus`, the program: the command line and, with the feature "window", the window.
 
 mod cli;
+#[cfg(target_os = "linux")]
+mod runtime_folder;
 
 fn main() -> std::process::ExitCode {
+    #[cfg(target_os = "linux")]
+    runtime_folder::ensure();
     cli::main()
 }

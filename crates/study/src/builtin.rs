@@ -38,7 +38,9 @@ pub fn builtin(name: &str) -> Option<&'static Builtin> {
     ALL.iter().find(|scene| scene.name == name)
 }
 
-const ALL: [Builtin; 8] = [
+// Static and not constant: a constant is a copy, scenes and all, in every crate and place
+// that names it.
+static ALL: [Builtin; 8] = [
     Builtin {
         name: "cans",
         about: "Labelled cans on a counter before a brick wall: focus near, blur behind.",
@@ -101,7 +103,7 @@ pub fn pictures() -> &'static [BuiltinPicture] {
     &PICTURES
 }
 
-const PICTURES: [BuiltinPicture; 1] = [BuiltinPicture {
+static PICTURES: [BuiltinPicture; 1] = [BuiltinPicture {
     name: "forest",
     about: "A wood of 4.6 million triangles as a picture with a depth map: no scene behind it.",
     color_png: include_bytes!("../../../assets/images/forest.png"),
