@@ -103,7 +103,7 @@ fn behind_what_an_image_shows_goes_on_what_is_beside_it() {
     let kinds = [
         ("half", vec![card(0.9, [-80.0, -80.0], [3.0, 80.0])]),
         ("corner", vec![card(1.0, [-80.0, -80.0], [5.0, 2.0])]),
-        ("bars", (0..5).map(|i| card(1.1, [20.0 * i as f32 - 48.0, -80.0], [20.0 * i as f32 - 44.0, 80.0])).collect()),
+        ("bars", (0..5).map(|i| card(1.1, [20.0 * i as f32 - 38.0, -80.0], [20.0 * i as f32 - 34.0, 80.0])).collect()),
         ("cards", vec![card(0.8, [-60.0, -60.0], [-10.0, 60.0]), covering(1.3, [-30.0, -20.0], [20.0, 25.0], 2)]),
     ];
     for (name, cards) in kinds {
