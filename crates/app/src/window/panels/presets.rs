@@ -93,7 +93,7 @@ impl PresetList {
             if save.on_hover_text("Adds this lens to the list.").on_disabled_hover_text(why).clicked() {
                 own.retain(|p| p.name != name);
                 let (title, source) = ("Saved in the window".into(), "Saved in the window.".into());
-                own.push(LensPreset { name, title, source, lens: lens.clone(), headset: None });
+                own.push(LensPreset { name, title, source, lens: lens.clone(), headset: None, screen: None });
                 self.new_name.clear();
                 ui.close();
             }

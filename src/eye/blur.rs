@@ -1,0 +1,23 @@
+//! From which defocus on blur is seen.
+
+use std::ops::RangeInclusive;
+
+/// Defocus, D, at which blur begins to be detected: Wang and Ciuffreda, "Blur Discrimination of
+/// the Human Eye in the Near Retinal Periphery" (Optometry and Vision Science 82, 2005) and
+/// the studies that Sebastian, Burge and Geisler, "Defocus Blur Discrimination in Natural
+/// Images" (Journal of Vision 15(5):16, 2015), compare: 0.10 to 0.18 D in foveal vision.
+pub const BLUR_DETECTION_D: RangeInclusive<f64> = 0.10..=0.18;
+
+/// Change of defocus, D, that is told apart once blur is seen (Wang and Ciuffreda 2005): less
+/// than what is needed to see the first.
+pub const BLUR_DISCRIMINATION_D: f64 = 0.10;
+
+/// Pupil, mm, for which the thresholds hold.
+pub const ZERNIKE_FREE_PUPIL_MM: f64 = 4.0;
+
+/// The vergences, D, between which the eye sees no blur where it is focused at `focus_d`, by
+/// the least and the greatest threshold of [`BLUR_DETECTION_D`]: `[[near, far]; 2]`, the
+/// narrower one first.
+pub fn depth_of_focus_d(focus_d: f64) -> [[f64; 2]; 2] {
+    [*BLUR_DETECTION_D.start(), *BLUR_DETECTION_D.end()].map(|d| [focus_d + d, focus_d - d])
+}
