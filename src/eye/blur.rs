@@ -8,13 +8,6 @@ use std::ops::RangeInclusive;
 /// Images" (Journal of Vision 15(5):16, 2015), compare: 0.10 to 0.18 D in foveal vision.
 pub const BLUR_DETECTION_D: RangeInclusive<f64> = 0.10..=0.18;
 
-/// Change of defocus, D, that is told apart once blur is seen (Wang and Ciuffreda 2005): less
-/// than what is needed to see the first.
-pub const BLUR_DISCRIMINATION_D: f64 = 0.10;
-
-/// Pupil, mm, for which the thresholds hold.
-pub const ZERNIKE_FREE_PUPIL_MM: f64 = 4.0;
-
 /// The vergences, D, between which the eye sees no blur where it is focused at `focus_d`, by
 /// the least and the greatest threshold of [`BLUR_DETECTION_D`]: `[[near, far]; 2]`, the
 /// narrower one first.

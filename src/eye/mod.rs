@@ -18,7 +18,7 @@ mod pupil;
 mod refraction;
 
 pub use accommodation::{ACCOMMODATION_AGES, amplitude_d};
-pub use blur::{BLUR_DETECTION_D, BLUR_DISCRIMINATION_D, ZERNIKE_FREE_PUPIL_MM, depth_of_focus_d};
+pub use blur::{BLUR_DETECTION_D, depth_of_focus_d};
 pub use chromatic::{DAYLIGHT_NM, chromatic_defocus_d};
 pub use comfort::{Comfort, ComfortZone, conflict_d};
 pub use pupil::{PUPIL_AGES, PUPIL_LUMINANCE_CD_M2, Pupil, PupilError, pupil_diameter_mm};
@@ -37,9 +37,10 @@ pub struct Eye {
     /// Dominant wavelengths, nm, of the display's red, green and blue primary, where the eye's
     /// chromatic aberration is to be seen; green is in focus.
     pub chromatic: Option<[f64; 3]>,
-    /// Defocus of the one primary that the lens stands for, D.
+    /// How much nearer than it accommodates it is sharp, D, for the one primary that it stands
+    /// for ([`Eye::primaries`]); 0 for light as a whole.
     #[serde(skip)]
-    shift_d: f64,
+    pub shift_d: f64,
 }
 
 /// Least and greatest wavelength, nm, of a primary: the light that eyes see.

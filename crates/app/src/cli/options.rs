@@ -281,7 +281,7 @@ pub enum ShadingName {
 }
 
 /// How images are shown.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayOptions {
     /// Exposure before tone mapping, EV [default: 0; metered from the pinhole image for a scene file that

@@ -21,6 +21,7 @@ use defocus_study::builtin;
 use defocus_study::meter::exposure_ev;
 use defocus_study::results::Setting;
 use defocus_study::source::{default_focus_m, visibly_open};
+use defocus_study::{DepthArgs, GpuSource, Source};
 use glam::UVec2;
 
 /// All that images are made with.

@@ -9,6 +9,7 @@ use super::size::PictureSize;
 use defocus::camera::Camera;
 use defocus::combine;
 use defocus::display::Display;
+use defocus::eye::Pupil;
 use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::stereo::Stereo;
@@ -70,6 +71,10 @@ pub struct Document {
     pub display: Display,
     /// The display's light.
     pub screen: Screen,
+    /// Light and age that the lens's E follows, if it does.
+    pub pupil: Option<Pupil>,
+    /// Age, years, that limits the eye's accommodation, if it does.
+    pub age_years: Option<f64>,
     /// Pixels per degree at which differences are judged, where not those of the lens.
     pub ppd: Option<f64>,
     /// Which channels of pictures are shown.
@@ -107,6 +112,8 @@ impl Default for Document {
             measure: false,
             display: Display::default(),
             screen: Screen::default(),
+            pupil: None,
+            age_years: None,
             ppd: None,
             channel: combine::Channel::All,
             acceptable_coc_px: 2.0,
@@ -144,6 +151,8 @@ impl Document {
         self.focus = self.focus.repaired();
         self.stereo = self.stereo.map(Stereo::repaired);
         self.screen = self.screen.repaired();
+        self.pupil = self.pupil.map(Pupil::repaired);
+        self.age_years = self.age_years.filter(|age| (0.0..=120.0).contains(age));
         self.ppd = self.ppd.filter(|ppd| PX_PER_DEGREE.contains(ppd));
         self.lens.eye = self.lens.eye.repaired();
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);

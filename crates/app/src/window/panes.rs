@@ -3,7 +3,7 @@
 use super::details::{Exposed, difference_row, inside_row};
 use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::engine::{Figures, Measured, Verdict};
-use super::limits::aperture_limit;
+use super::limits::{aperture_limit, astigmatism_limit};
 use super::numbers::significant;
 use super::widgets::combo;
 use super::{App, actions::Action, style};
@@ -306,6 +306,9 @@ impl App {
             if let Some(limit) = method.and_then(|method| aperture_limit(method, &self.document.lens.aperture)) {
                 ui.label(RichText::new("round aperture").small().color(ui.visuals().warn_fg_color))
                     .on_hover_text(limit);
+            }
+            if let Some(limit) = method.and_then(|method| astigmatism_limit(method, &self.document.lens.eye)) {
+                ui.label(RichText::new("no astigmatism").small().color(ui.visuals().warn_fg_color)).on_hover_text(limit);
             }
             if let Some(divisor) = pane.map(|p| p.divisor()).filter(|divisor| *divisor > 1) {
                 let follows = pane.is_some_and(|p| p.is_drawn_beside());

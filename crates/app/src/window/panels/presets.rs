@@ -43,7 +43,7 @@ impl PresetList {
         // The built-in ones say nothing about the aperture's shape.
         let shaped = |i: usize, p: &LensPreset| {
             let aperture = if i < built_in { lens.aperture.clone() } else { p.lens.aperture.clone() };
-            Lens { aperture, ..p.lens.clone() }
+            Lens { aperture, eye: lens.eye, ..p.lens.clone() }
         };
         let matching = known.iter().enumerate().position(|(i, p)| same_but_focus(&shaped(i, p), lens));
         let mut names = vec![AUTOMATIC];
