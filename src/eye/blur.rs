@@ -5,7 +5,7 @@ use std::ops::RangeInclusive;
 /// Defocus, D, at which blur begins to be detected: Wang and Ciuffreda, "Blur Discrimination of
 /// the Human Eye in the Near Retinal Periphery" (Optometry and Vision Science 82, 2005) and
 /// the studies that Sebastian, Burge and Geisler, "Defocus Blur Discrimination in Natural
-/// Images" (Journal of Vision 15(5):16, 2015), compare: 0.10 to 0.18 D in foveal vision.
+/// Images with Natural Optics" (Journal of Vision 15(5):16, 2015), compare: 0.10 to 0.18 D in foveal vision.
 pub const BLUR_DETECTION_D: RangeInclusive<f64> = 0.10..=0.18;
 
 /// The vergences, D, between which the eye sees no blur where it is focused at `focus_d`, by

@@ -84,7 +84,7 @@ fn pupil_rows(ui: &mut Ui, lens: &mut Lens, pupil: &mut Option<Pupil>, age_years
 
 fn refraction_rows(ui: &mut Ui, eye: &mut Eye, age_years: &mut Option<f64>) {
     let mut limited = age_years.is_some();
-    let help = "How near the eye can focus falls with age: 18.5 - 0.3 age dioptres, Hofstetter (1947). Without it the eye focuses as near as is asked.";
+    let help = "How near the eye can focus falls with age: 18.5 - 0.3 age dioptres, Hofstetter (1950). Without it the eye focuses as near as is asked.";
     named_row(ui, "Accommodation", |ui| ui.checkbox(&mut limited, "limited by age").on_hover_text(help));
     if limited != age_years.is_some() {
         *age_years = limited.then_some(30.0);
