@@ -126,14 +126,17 @@ impl Projection {
     ///
     /// A point at depth d moves by `v * c(d) / 2` pixels against the pinhole image: the
     /// shear of Haeberli and Akeley 1990 with the aperture of [`Lens::aperture_diameter_m`].
+    /// An astigmatic eye adds [`Lens::astigmatism_px`].
     pub fn clip_from_view(&self, lens: &Lens, v: DVec2) -> Mat4 {
         let eye_m = self.eye_on_lens_m(lens, v);
         let outer = self.outer_size().as_dvec2();
         let (sx, sy) = (2.0 * self.focal_px / outer.x, 2.0 * self.focal_px / outer.y);
         // x_clip = sx * (x - eye) + d * (sx * eye / df + axis), with d = -z. The far limit
-        // df -> inf has no shear, and v = 0 has none either.
-        let axis = self.axis_px * dvec2(2.0, -2.0) / outer;
-        let shear = if eye_m == DVec2::ZERO { DVec2::ZERO } else { eye_m / lens.focus_distance_m };
+        // df -> inf, vergence 0, has no shear, and v = 0 has none either.
+        // Astigmatism moves the whole image, at all depths alike.
+        let astigmatism_px = 0.5 * (lens.astigmatism_px() * v);
+        let axis = (self.axis_px + astigmatism_px) * dvec2(2.0, -2.0) / outer;
+        let shear = if eye_m == DVec2::ZERO { DVec2::ZERO } else { eye_m * lens.focus_d() };
         Mat4::from_cols_array(&[
             sx as f32,
             0.0,

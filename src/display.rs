@@ -68,13 +68,17 @@ pub struct Display {
 impl Display {
     /// Linear display value in [0, 1] of a linear scene-referred colour.
     pub fn linear(&self, color: Vec3) -> Vec3 {
+        self.unclamped(color).clamp(Vec3::ZERO, Vec3::ONE)
+    }
+
+    /// As [`Display::linear`], with what a display of high dynamic range shows beyond white.
+    pub fn unclamped(&self, color: Vec3) -> Vec3 {
         let exposed = color * self.exposure_ev.exp2();
-        let mapped = match self.tone_map {
+        match self.tone_map {
             ToneMap::None => exposed,
             ToneMap::Reinhard => reinhard(exposed),
             ToneMap::Agx => agx(exposed),
-        };
-        mapped.clamp(Vec3::ZERO, Vec3::ONE)
+        }
     }
 
     /// sRGB-encoded display value in [0, 1], not quantised.

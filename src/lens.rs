@@ -13,6 +13,8 @@
 //! the focus distance, c > 0 behind it, c -> K at infinity.
 
 use crate::aperture::{Aperture, ApertureError};
+use crate::eye::{Eye, EyeError};
+use glam::DMat2;
 
 /// Millimetres in a metre: lenses are given in millimetres, scenes in metres.
 pub const MM_PER_M: f64 = 1000.0;
@@ -46,6 +48,9 @@ pub struct Lens {
     /// The intensity distribution over the aperture.
     #[serde(default)]
     pub aperture: Aperture,
+    /// What an eye adds: a prescription, a limit of accommodation, chromatic aberration.
+    #[serde(default, skip_serializing_if = "Eye::is_plain")]
+    pub eye: Eye,
 }
 
 /// To a ten thousandth, for people.
@@ -96,6 +101,9 @@ pub enum LensError {
     /// An aperture with a parameter outside its range.
     #[error(transparent)]
     Aperture(#[from] ApertureError),
+    /// An eye that cannot be.
+    #[error(transparent)]
+    Eye(#[from] EyeError),
 }
 
 /// The signed CoC diameter as an affine function of reciprocal depth:
@@ -161,6 +169,7 @@ impl Lens {
         density_px_per_mm: 0.32,
         focus_distance_m: 3.0,
         aperture: Aperture::Disc,
+        eye: Eye::PLAIN,
     };
 
     /// Focus distance df, mm.
@@ -206,7 +215,59 @@ impl Lens {
             return Err(LensError::NotFinite { symbol: "K", name: "CoC diameter at infinity", value });
         }
         self.aperture.check()?;
+        self.eye.check()?;
         Ok(())
+    }
+
+    /// Vergence of the focus distance that is asked for, D.
+    fn wanted_d(&self) -> f64 {
+        1.0 / self.focus_distance_m
+    }
+
+    /// Vergence, D, of what is sharp: that of the focus distance, unless the eye cannot focus
+    /// there. Less than 0 where no real distance is sharp. With chromatic aberration it is
+    /// green's.
+    pub fn focus_d(&self) -> f64 {
+        self.eye.focus_d(self.wanted_d())
+    }
+
+    /// Distance, metres, of what is sharp; infinite also where no real distance is.
+    pub fn sharpest_m(&self) -> f64 {
+        match self.is_focused_as_wanted() {
+            true => self.focus_distance_m,
+            false if self.focus_d() > 0.0 => 1.0 / self.focus_d(),
+            false => f64::INFINITY,
+        }
+    }
+
+    /// Whether what is sharp lies at the focus distance.
+    fn is_focused_as_wanted(&self) -> bool {
+        self.focus_d() == self.wanted_d()
+    }
+
+    /// `near / d` of what is sharp, for the reversed depth buffer: less than 0 where no real
+    /// distance is.
+    pub fn stored_focus(&self, near_m: f64) -> f64 {
+        // One rounding, so that a plane at the focus distance is in focus to the last bit.
+        if self.is_focused_as_wanted() { near_m / self.focus_distance_m } else { near_m * self.focus_d() }
+    }
+
+    /// Lenses through which one primary each is seen, red, green and blue; `None` without
+    /// chromatic aberration.
+    pub fn primaries(&self) -> Option<[Self; 3]> {
+        let of = |eye: Eye| Self { eye, ..self.clone() };
+        Some(self.eye.primaries()?.map(of))
+    }
+
+    /// CoC diameter, px, that a dioptre of defocus makes: K df, in px m.
+    pub fn px_per_dioptre(&self) -> f64 {
+        self.coc().k_df_px_m
+    }
+
+    /// What astigmatism adds to the CoC, px, as a matrix on lens points: a point with CoC c is
+    /// seen from the lens point v at `p0 + (c v + A v) / 2`. The same at every depth.
+    pub fn astigmatism_px(&self) -> DMat2 {
+        self.eye.refraction.astigmatism_d() * self.px_per_dioptre()
     }
 
     /// DPI * ds/dr * E * F, px mm: K * (df - F).
@@ -218,8 +279,14 @@ impl Lens {
     }
 
     /// K: CoC diameter at infinity, px. TVCG 2009, equations (3) and (4).
+    ///
+    /// In general it is `K df` times the vergence of what is sharp: the image plane stays
+    /// where it is while the eye falls short of its focus, and so does `K df`.
     pub fn k_px(&self) -> f64 {
-        self.strength_px_mm() / (self.focus_distance_mm() - self.focal_length_mm)
+        if self.is_focused_as_wanted() {
+            return self.strength_px_mm() / (self.focus_distance_mm() - self.focal_length_mm);
+        }
+        self.k_df_px_mm() / MM_PER_M * self.focus_d()
     }
 
     /// K * df, px mm, also where df is infinite.

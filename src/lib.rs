@@ -16,6 +16,7 @@
 //! | render a scene or an image with depth | [`methods`], with an example; [`view::View`] |
 //! | know what the methods are and how they differ | [`methods`] |
 //! | set a lens, and read off its circles of confusion | [`lens::Lens`], [`presets`] |
+//! | put an eye behind it: pupil, glasses, colours, comfort | [`eye`], [`viewing`] |
 //! | load a glTF scene, or a photograph with a depth map | [`scene::gltf`], [`scene::rgbd`] |
 //! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ForeignFrame`] |
 //! | trace rays through a lens | [`raytrace`] |
@@ -47,6 +48,7 @@ pub mod camera;
 pub mod colormap;
 pub mod combine;
 pub mod display;
+pub mod eye;
 pub mod focus;
 pub mod gpu;
 pub mod histogram;
@@ -60,3 +62,4 @@ pub mod raytrace;
 pub mod scene;
 pub mod stereo;
 pub mod view;
+pub mod viewing;

@@ -1,6 +1,7 @@
 //! Lenses by name: those of the papers and of today's displays, from `assets/presets.ron`.
 
 use crate::lens::Lens;
+use crate::viewing::Screen;
 use std::sync::LazyLock;
 
 /// A named lens with where its numbers come from.
@@ -17,6 +18,9 @@ pub struct LensPreset {
     /// The display, where it is worn on the head.
     #[serde(default)]
     pub headset: Option<Headset>,
+    /// The display's light, where it is known.
+    #[serde(default)]
+    pub screen: Option<Screen>,
 }
 
 /// A head-mounted display: what the lens does not say about it.

@@ -17,6 +17,7 @@ fn eye() -> Lens {
         density_px_per_mm: 0.32,
         focus_distance_m: 3.0,
         aperture: Aperture::Disc,
+        eye: Default::default(),
     }
 }
 
@@ -41,6 +42,7 @@ fn any_lens() -> impl Strategy<Value = Lens> {
         density_px_per_mm: dpi,
         focus_distance_m: f * focus_per_f / MM_PER_M,
         aperture: Aperture::Disc,
+        eye: Default::default(),
     })
 }
 
@@ -101,6 +103,7 @@ fn impossible_lenses_are_named() {
         LensError::NotFinite { symbol, .. } | LensError::OutOfBounds { symbol, .. } => symbol,
         LensError::FocusInsideFocalLength { .. } => "df <= F",
         LensError::Aperture(_) => "aperture",
+        LensError::Eye(_) => "eye",
     };
     type Set = fn(&mut Lens, f64);
     let setters: [(&str, Set); 5] = [
@@ -280,7 +283,7 @@ fn presets_are_lenses_with_sources() {
     let error = preset("nosuch").unwrap_err().to_string();
     assert_eq!(
         error,
-        "there is no lens preset 'nosuch': the presets are projection, hmd, hmd-index, hmd-xr4, monitor, camera-50mm"
+        "there is no lens preset 'nosuch': the presets are projection, hmd, hmd-index, hmd-xr4, monitor, monitor-hdr, camera-50mm"
     );
 }
 

@@ -52,6 +52,7 @@ impl Method for Accumulation {
             summary: "The mean of many views over the lens: right for every scene as the number of views grows.",
             limits: "Draws the scene once for every lens point; with few, ghosts show.",
             apertures: Apertures::Any,
+            astigmatism: true,
             needs_scene: true,
             conserves_energy: true,
             averages: true,

@@ -127,6 +127,7 @@ impl Method for Linear {
             summary: "Spreads the light of each pixel evenly over its circle of confusion and sums it: no light is lost or gained.",
             limits: "No order in depth: foreground, background and what is in focus add up, so a constant colour changes where the CoC does, unless \"normalise\" is on; without overscan the border darkens. Draws discs: another aperture becomes the disc of the same standard deviation. Work grows with the square of the CoC.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: !self.normalise && COVERAGES[self.coverage] != "naive",
             averages: self.normalise,

@@ -75,6 +75,7 @@ mod opaque;
 mod param;
 mod pinhole;
 mod preblur;
+mod primaries;
 mod pyramid;
 mod scatter;
 mod separable;
@@ -93,6 +94,7 @@ pub use opaque::Opaque;
 pub use param::{Param, ParamError, Value};
 pub use pinhole::{Pinhole, copy_inner};
 pub use preblur::{Preblur, Ramp};
+pub use primaries::{combined_images, converging};
 pub use pyramid::Pyramid;
 pub use scatter::Scatter;
 pub use separable::Separable;
@@ -136,6 +138,9 @@ pub struct About {
     pub limits: &'static str,
     /// Aperture shapes that it can render; others are approximated by their width.
     pub apertures: Apertures,
+    /// Whether it renders the elliptical blur of an astigmatic eye; others blur as its mean
+    /// meridian does.
+    pub astigmatism: bool,
     /// Whether it needs more of a scene than the pinhole image and its depth.
     pub needs_scene: bool,
     /// Whether it spreads each point's light, so that a lone point keeps its energy.
@@ -280,19 +285,14 @@ pub fn record(
 ) -> Result<Texture, MethodError> {
     lens.check()?;
     let id = method.about().id;
-    frame.set_prefix(format!("{id}/"));
     // What something else asked for on this thread is not this method's.
     frame.gpu().take_refused();
-    let in_focus = lens.aperture_diameter_mm == 0.0 || {
-        let [low, high] = view.coc_bounds_px(frame, lens);
-        low.abs().max(high.abs()) < IN_FOCUS_COC_PX
-    };
-    let result = match in_focus {
-        true => {
-            frame.skip("everything in focus");
-            pinhole::inner(frame, view)
+    let result = match lens.primaries().filter(|lenses| lenses.iter().any(|lens| is_blurred(frame, view, lens))) {
+        Some(lenses) => primaries::record_all(method, frame, view, &lenses)?,
+        None => {
+            frame.set_prefix(format!("{id}/"));
+            record_through(method, frame, view, lens)?
         }
-        false => method.record(frame, view, lens)?,
     };
     if frame.keeps_intermediates() {
         expose_pinhole(frame, view);
@@ -301,6 +301,30 @@ pub fn record(
         Some(refused) => Err(MethodError::TooLarge { method: id, refused }),
         None => Ok(result),
     }
+}
+
+/// Whether a lens blurs anything in the view enough to be seen.
+pub fn is_blurred(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
+    if lens.aperture_diameter_mm == 0.0 {
+        return false;
+    }
+    let [low, high] = view.coc_bounds_px(frame, lens);
+    let astigmatism = lens.astigmatism_px().x_axis.length();
+    low.abs().max(high.abs()) + astigmatism >= IN_FOCUS_COC_PX
+}
+
+/// As [`record`], through a lens without chromatic aberration that was checked.
+fn record_through(
+    method: &dyn Method,
+    frame: &mut Frame<'_>,
+    view: &mut View,
+    lens: &Lens,
+) -> Result<Texture, MethodError> {
+    if is_blurred(frame, view, lens) {
+        return method.record(frame, view, lens);
+    }
+    frame.skip("everything in focus");
+    Ok(pinhole::inner(frame, view))
 }
 
 /// Offers what every method begins with.

@@ -57,6 +57,7 @@ impl Method for Opaque {
             summary: "Blurs sub-images by depth with pyramids, each with an opacity that only grows, so that nothing hidden is uncovered.",
             limits: "Silhouettes are too sharp and blurred objects too opaque: nothing shows through their edges. Round apertures only.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

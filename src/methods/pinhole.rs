@@ -27,6 +27,7 @@ impl Method for Pinhole {
             summary: "The scene through an infinitely small aperture: everything is sharp.",
             limits: "No depth of field.",
             apertures: Apertures::None,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: true,
             averages: true,

@@ -80,6 +80,7 @@ impl Method for Preblur {
             summary: "Twelve taps over the CoC mix the image with a quarter-size blurred copy by their blurriness.",
             limits: "A mix of sharp and much blurred where a little blur is due; sharp colours leak through the copy; foreground keeps hard edges; large blurs show the taps. With \"ramp\" blurriness is linear in depth, which no lens is. Another aperture counts by its standard deviation.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,
@@ -188,12 +189,17 @@ impl Ramp {
         let coc = lens.coc();
         // Only one side may be in view; the other side's slope then does not matter.
         let bounds_px = [coc_bounds_px[0].min(0.0), coc_bounds_px[1].max(0.0)];
-        let focus_m =
-            if lens.focus_distance_m.is_finite() { lens.focus_distance_m } else { coc.depth_at(-NEARLY_IN_FOCUS_PX) };
+        let sharpest_m = lens.sharpest_m();
+        // Where nothing is sharp the ramp begins at what is least blurred, all but its last
+        // hundredth: that lies at infinity.
+        let [low_px, high_px] = bounds_px;
+        let nearly_px = (coc_bounds_px[1] + 0.01 * (coc_bounds_px[0] - coc_bounds_px[1])).min(-NEARLY_IN_FOCUS_PX);
+        let nearly_px = if high_px > low_px && lens.focus_d() < 0.0 { nearly_px } else { -NEARLY_IN_FOCUS_PX };
+        let focus_m = if sharpest_m.is_finite() { sharpest_m } else { coc.depth_at(nearly_px) };
         let slope = |bound_px: f64| {
             let run_m = coc.depth_at(share * bound_px) - focus_m;
             // The depth that one bound has may round to the focus itself.
-            if run_m == 0.0 { 0.0 } else { (share * bound_px / run_m).abs() }
+            if run_m == 0.0 || !run_m.is_finite() { 0.0 } else { (share * bound_px / run_m).abs() }
         };
         Self { focus_m, coc_per_depth_px_m: bounds_px.map(slope), coc_bounds_px: bounds_px }
     }

@@ -53,6 +53,7 @@ impl Method for Pyramid {
             summary: "Blurs sub-images by depth with pyramids, after filling what nearer ones hide from the pixels around.",
             limits: "What is filled in is smooth. Pixels lie in several sub-images, so that blurred objects are a little too wide and opaque. Round apertures only.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

@@ -55,6 +55,7 @@ impl Method for Scatter {
             summary: "Draws every pixel as its blur spot, far to near in a true depth order, and divides by the alpha that was reached.",
             limits: "One view only: what a blurred foreground hides is missing. Blurred surfaces stay a little transparent to what was drawn before them.",
             apertures: Apertures::Any,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: true,
             averages: true,

@@ -73,6 +73,7 @@ impl Method for Separable {
             summary: "Filters rows, then columns, over each pixel's CoC; taps count as far as their own circle reaches, and sharp nearer ones do not leak.",
             limits: "Blurs in squares of side C, 15 % wider than the disc; mixed depths are not separable; blurred foreground keeps a hard edge with reach \"own\". Another aperture counts by its standard deviation. Work grows with the CoC.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

@@ -36,6 +36,23 @@ struct Row {
     points: u32,
 }
 
+/// A point of the lens.
+#[derive(Clone, Copy)]
+struct LensPoint {
+    /// Where it is, metres in view space.
+    eye_m: DVec2,
+    /// How far an astigmatic eye moves the image that is seen from it, px.
+    moved_px: DVec2,
+}
+
+impl LensPoint {
+    const CENTRE: Self = Self { eye_m: DVec2::ZERO, moved_px: DVec2::ZERO };
+
+    fn of(projection: &Projection, lens: &Lens, v: DVec2) -> Self {
+        Self { eye_m: projection.eye_on_lens_m(lens, v), moved_px: 0.5 * (lens.astigmatism_px() * v) }
+    }
+}
+
 impl RayRender {
     /// Starts a rendering: traces the pinhole rays, one a pixel, and no lens point yet.
     ///
@@ -88,8 +105,8 @@ impl RayRender {
     pub fn advance(&mut self, points: u32, cancel: &AtomicBool) {
         let target = self.points_done().saturating_add(points).min(self.points_wanted());
         let first = self.options.lens_points.start;
-        let eyes: Vec<DVec2> = (first..first + target)
-            .map(|i| self.projection.eye_on_lens_m(&self.lens, self.lens.aperture.lens_point(i)))
+        let eyes: Vec<LensPoint> = (first..first + target)
+            .map(|i| LensPoint::of(&self.projection, &self.lens, self.lens.aperture.lens_point(i)))
             .collect();
         // Taken out for the time being, so that the rest can be read from every thread.
         let mut rows = std::mem::take(&mut self.rows);
@@ -129,9 +146,9 @@ impl RayRender {
         RayImage { color, pinhole: self.pinhole.clone(), depth: self.depth.clone(), lens_points: self.points_done() }
     }
 
-    fn add_point(&self, row: &mut Row, y: u32, eye_m: DVec2) {
+    fn add_point(&self, row: &mut Row, y: u32, eye: LensPoint) {
         for (x, sum) in (0..).zip(&mut row.sums) {
-            let sample = self.sample(x, y, eye_m);
+            let sample = self.sample(x, y, eye);
             let hit = self.scene.nearest(&sample.ray);
             *sum += self.scene.radiance(&sample, hit.as_ref(), self.options.shading).as_dvec3();
         }
@@ -143,7 +160,7 @@ impl RayRender {
         let size = self.projection.size;
         let pixel = |y| {
             move |x| {
-                let sample = self.sample(x, y, DVec2::ZERO);
+                let sample = self.sample(x, y, LensPoint::CENTRE);
                 let hit = self.scene.nearest(&sample.ray);
                 (self.scene.radiance(&sample, hit.as_ref(), self.options.shading), self.scene.depth_m(hit.as_ref()))
             }
@@ -151,17 +168,17 @@ impl RayRender {
         (0..size.y).into_par_iter().flat_map_iter(|y| (0..size.x).map(pixel(y))).collect()
     }
 
-    /// The ray through the centre of a pixel from `eye_m` on the lens (metres, view space).
+    /// The ray through the centre of a pixel from a point of the lens.
     ///
     /// It passes the focus plane where the pixel's pinhole ray does, `slope * df`; seen from
     /// the eye that is `slope - eye / df` a unit of depth, which also holds where df is
     /// infinite: the rays of a pixel are then parallel.
-    fn sample(&self, x: u32, y: u32, eye_m: DVec2) -> Sample {
+    fn sample(&self, x: u32, y: u32, LensPoint { eye_m, moved_px }: LensPoint) -> Sample {
         let centre = dvec2(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        let pinhole = self.projection.view_direction(centre);
+        let pinhole = self.projection.view_direction(centre - moved_px);
         let ray = LensRay {
             origin: eye_m / self.scene.unit_m(),
-            slope: dvec2(pinhole.x, pinhole.y) - eye_m / self.lens.focus_distance_m,
+            slope: dvec2(pinhole.x, pinhole.y) - eye_m * self.lens.focus_d(),
             min_depth: self.projection.near_m / self.scene.unit_m(),
         };
         Sample { ray, viewer_m: if self.options.view_dependent { eye_m } else { DVec2::ZERO } }

@@ -342,7 +342,7 @@ impl View {
         LensUniform {
             k_px: (k_px * closed) as f32,
             slope_px: (slope_px * closed) as f32,
-            focus_z: (self.projection.near_m / lens.focus_distance_m) as f32,
+            focus_z: lens.stored_focus(self.projection.near_m) as f32,
             sigma_per_coc: lens.aperture.sigma_per_coc() as f32,
         }
     }
@@ -442,12 +442,19 @@ impl View {
 /// end of f32.
 const GREATEST_FACTOR_PX: f64 = 1e30;
 
+/// Greatest difference of the CoC of a primary from green's, px: that of infinity.
+fn greatest_shift_px(lens: &Lens) -> f64 {
+    let primaries = lens.primaries().into_iter().flatten();
+    primaries.map(|primary| (primary.k_px() - lens.k_px()).abs()).fold(0.0, f64::max)
+}
+
 /// Overscan, px, that the greatest CoC in view asks for, capped at
 /// [`MAX_AUTO_OVERSCAN_PX`]: a lens ray leaves the frame by at most C/2.
 pub fn auto_overscan_px(lens: &Lens, depths_m: &DepthImage) -> u32 {
     let extent = lens.aperture.radius();
     let greatest = lens.coc_statistics(depths_m.pixels.iter().copied());
     let coc_px = greatest.map_or(0.0, |s| s.min_signed_px.abs().max(s.max_signed_px.abs()));
+    let coc_px = coc_px + lens.astigmatism_px().x_axis.length() + greatest_shift_px(lens);
     (coc_px * 0.5 * extent).ceil().min(f64::from(MAX_AUTO_OVERSCAN_PX)) as u32
 }
 

@@ -65,7 +65,9 @@ impl LayerSeparation {
     /// twentieth of theirs. Powers of two, so that a lens slider draws layers anew only when it has
     /// doubled or halved the blur or the focus distance.
     pub fn of(lens: &LensUniform) -> Self {
-        Self { z: (2.0 / lens.slope_px).log2().floor().exp2(), widening_from_z: lens.focus_z.log2().ceil().exp2() }
+        // Focused beyond infinity, everything is in front of the focus.
+        let widening_from_z = lens.focus_z.max(0.0).log2().ceil().exp2();
+        Self { z: (2.0 / lens.slope_px).log2().floor().exp2(), widening_from_z }
     }
 }
 

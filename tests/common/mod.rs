@@ -42,6 +42,7 @@ pub fn lens(k_px: f64, focus_m: f64) -> Lens {
         density_px_per_mm: 0.32,
         focus_distance_m: focus_m,
         aperture: Default::default(),
+        eye: Default::default(),
     };
     // K is proportional to E; where df is infinite the product K * df is what is asked for.
     let blur_of_unit = if focus_m.is_finite() { unit.k_px() } else { unit.coc().k_df_px_m };

@@ -10,6 +10,7 @@ use defocus::image::{ColorImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::view::View;
+use defocus::viewing::Viewing;
 use rayon::prelude::*;
 use serde_json::{Map, Value};
 
@@ -23,6 +24,8 @@ pub struct CompareRequest<'a> {
     pub truth: Option<&'a Truth>,
     /// How images are shown.
     pub display: Display,
+    /// Under what angle and in what light they are looked at.
+    pub viewing: Viewing,
     /// How times are taken.
     pub rounds: Rounds,
 }
@@ -108,7 +111,8 @@ pub fn compare(
         let coc = request.lens.coc();
         let coc_px = depth_m.map(|d| coc.at_depth(f64::from(d)) as f32);
         step(progress, "metrics", 0, 1)?;
-        add_metrics(&mut results, &pinhole, &coc_px, truth, request.display)?;
+        add_metrics(&mut results, &pinhole, &coc_px, truth, request)?;
+        add_jod(&mut results, truth, request, progress)?;
         step(progress, "metrics", 1, 1)?;
     }
     Ok(Comparison { pinhole, results, copy_ms })
@@ -134,14 +138,60 @@ fn add_metrics(
     pinhole: &ColorImage,
     coc_px: &Image<f32>,
     truth: &Truth,
-    display: Display,
+    request: &CompareRequest<'_>,
 ) -> Result<(), StudyError> {
     let failed = |method| move |source| StudyError::Metrics { method, source };
     let mask = metrics::defocused_mask(coc_px, pinhole, &truth.color).map_err(failed(truth.method))?;
-    let options = CompareOptions { display, defocused: Some(&mask), ..Default::default() };
+    let options = CompareOptions {
+        display: request.display,
+        viewing: request.viewing,
+        defocused: Some(&mask),
+        jod: false,
+        hdr_flip: false,
+    };
     results.par_iter_mut().try_for_each(|result| {
         let metrics = metrics::compare(&result.color, &truth.color, &options).map_err(failed(result.method))?;
         result.metrics = Some(metrics);
         Ok(())
     })
+}
+
+/// Adds the JOD, one image after the other: each takes all cores and far more memory than the
+/// image.
+fn add_jod(
+    results: &mut [MethodResult],
+    truth: &Truth,
+    request: &CompareRequest<'_>,
+    progress: &mut Progress<'_>,
+) -> Result<(), StudyError> {
+    let of = results.len() as u32;
+    for (done, result) in (0..).zip(results) {
+        step(progress, "JOD", done, of)?;
+        let jod = metrics::jod(&result.color, &truth.color, request.display, &request.viewing);
+        let jod = jod.map_err(|source| StudyError::Metrics { method: result.method, source })?;
+        if let Some(metrics) = &mut result.metrics {
+            metrics.jod = jod;
+        }
+    }
+    Ok(())
+}
+
+/// Which of `results` is good enough at the least cost.
+#[derive(Clone, Debug, PartialEq, serde::Serialize)]
+pub struct GoodEnough {
+    /// Least quality that counts as good enough, JOD.
+    pub jod: f64,
+    /// The cheapest method that reaches it by GPU time on this adapter; `None` where none does.
+    pub method: Option<&'static str>,
+}
+
+impl GoodEnough {
+    /// The cheapest of `results` that has at least `jod`. One without times is as dear as can
+    /// be: it wins only where no other is good enough.
+    pub fn among(results: &[MethodResult], jod: f64) -> Self {
+        let cost_ms = |r: &MethodResult| r.gpu_ms.map_or(f64::INFINITY, |times| times.median);
+        let reaches = |r: &&MethodResult| r.metrics.as_ref().and_then(|m| m.jod).is_some_and(|found| found >= jod);
+        let cheapest = results.iter().filter(reaches).min_by(|a, b| cost_ms(a).total_cmp(&cost_ms(b)));
+        Self { jod, method: cheapest.map(|r| r.method) }
+    }
 }

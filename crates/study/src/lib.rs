@@ -1,6 +1,7 @@
 //! What the instrument does with its parts: opens something to look at, renders it with
 //! every method, and measures how far each is from the truth and what it costs.
 
+pub mod advise;
 pub mod bench;
 pub mod builtin;
 pub mod cache;
@@ -11,6 +12,7 @@ pub mod inside;
 pub mod meter;
 pub mod metrics;
 pub mod profile;
+pub mod psf;
 pub mod random;
 pub mod reference;
 pub mod render;

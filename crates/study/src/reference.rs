@@ -93,6 +93,11 @@ pub fn render_reference(
     progress: &mut Progress<'_>,
 ) -> Result<Truth, StudyError> {
     let method = request.reference.id();
+    if let (Some(lenses), false) = (lens.primaries(), matches!(request.reference, Reference::Method(_))) {
+        let mut of = |lens: &Lens| render_reference(source, view, lens, request, progress);
+        let truths = [of(&lenses[0])?, of(&lenses[1])?, of(&lenses[2])?];
+        return Ok(of_primaries(truths));
+    }
     let (image, halves) = match (&request.reference, source.source()) {
         (Reference::Method(method), _) => {
             step(progress, method.about().id, 0, 1)?;
@@ -112,6 +117,15 @@ pub fn render_reference(
     };
     let self_psnr_db = halves.and_then(|halves| self_psnr_db(&halves, request.display));
     Ok(Truth { method, samples: Some(request.samples), color: image, self_psnr_db })
+}
+
+/// The truth of a lens with chromatic aberration from those of its primaries: as well
+/// converged as the worst of them.
+fn of_primaries(truths: [Truth; 3]) -> Truth {
+    let color = methods::combined_images(truths.each_ref().map(|truth| &truth.color));
+    let self_psnr_db = truths.iter().filter_map(|truth| truth.self_psnr_db).reduce(f64::min);
+    let [Truth { method, samples, .. }, ..] = truths;
+    Truth { method, samples, color, self_psnr_db }
 }
 
 /// Two independent estimates of an image, with the number of lens points of each.
@@ -149,6 +163,17 @@ pub struct Accumulated {
     pub halves: Option<Halves>,
 }
 
+impl Accumulated {
+    /// The image of a lens with chromatic aberration from those of its primaries.
+    fn of_primaries(all: [Self; 3]) -> Self {
+        let color = methods::combined_images(all.each_ref().map(|one| &one.rendered.color));
+        let mut stats = FrameStats::default();
+        all.iter().for_each(|one| add_stats(&mut stats, &one.rendered.stats));
+        let passes = all.into_iter().flat_map(|one| one.rendered.passes).collect();
+        Self { rendered: Rendered { color, passes, stats }, halves: None }
+    }
+}
+
 /// Accumulates the request's lens points step by step, so that it can be stopped.
 ///
 /// # Errors
@@ -175,6 +200,10 @@ fn accumulate_in(
 ) -> Result<Accumulated, StudyError> {
     let failed = |source| StudyError::Method { method: "accumulation", source };
     lens.check().map_err(|e| failed(e.into()))?;
+    if let Some(lenses) = lens.primaries() {
+        let mut of = |lens: &Lens| accumulate_in(start, gpu, view, lens, request, progress);
+        return Ok(Accumulated::of_primaries([of(&lenses[0])?, of(&lenses[1])?, of(&lenses[2])?]));
+    }
     let mut run = AccumulationRun::new(request.view_dependent);
     let (mut passes, mut stats, mut steps) = (Vec::new(), FrameStats::default(), Steps::default());
     while run.count() < request.samples {
@@ -203,12 +232,16 @@ fn accumulate_in(
 fn add(frame: Frame<'_>, passes: &mut Vec<PassTime>, stats: &mut FrameStats) {
     let submitted = frame.finish();
     passes.extend(submitted.timings.wait());
-    stats.triangles += submitted.stats.triangles;
-    stats.views += submitted.stats.views;
-    stats.passes += submitted.stats.passes;
-    stats.peak_texture_bytes = stats.peak_texture_bytes.max(submitted.stats.peak_texture_bytes);
-    for (what, times) in submitted.stats.skipped {
-        *stats.skipped.entry(what).or_default() += times;
+    add_stats(stats, &submitted.stats);
+}
+
+fn add_stats(sum: &mut FrameStats, stats: &FrameStats) {
+    sum.triangles += stats.triangles;
+    sum.views += stats.views;
+    sum.passes += stats.passes;
+    sum.peak_texture_bytes = sum.peak_texture_bytes.max(stats.peak_texture_bytes);
+    for (what, times) in &stats.skipped {
+        *sum.skipped.entry(what.clone()).or_default() += times;
     }
 }
 

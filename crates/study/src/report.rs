@@ -1,19 +1,26 @@
 //! A comparison as one HTML file that needs nothing but itself.
 
+use super::compare::GoodEnough;
 use super::results::{CompareJson, ResultJson};
 use super::{Comparison, MethodResult, StudyError, Truth};
-use crate::metrics::{self, DEFAULT_PIXELS_PER_DEGREE};
+use crate::metrics::{self, Visibility};
 use askama::Template;
 use base64::Engine;
 use defocus::colormap::ColorMap;
 use defocus::display::Display;
+use defocus::eye::Eye;
 use defocus::image::{ColorImage, Image};
+use defocus::viewing::Viewing;
 use glam::Vec3;
 use image::{ExtendedColorType, ImageEncoder};
 
 /// The absolute error, in display values of [0, 1], that gets the last colour of the map:
 /// fixed, so that maps of different methods and reports can be compared.
 pub const ABS_ERROR_WHITE: f32 = 0.25;
+
+/// The loss by pixel, as a share of the scale of JOD, that gets the last colour of the map: 4
+/// JOD, twice what is obvious.
+pub const JOD_MAP_WHITE: f32 = 0.4;
 
 /// The images of one method, as a display shows them.
 #[derive(Clone, Debug)]
@@ -24,6 +31,8 @@ pub struct MethodImages {
     pub image: Image<[u8; 3]>,
     /// The FLIP map in magma, 0 to 1; where there is a truth.
     pub flip: Option<Image<[u8; 3]>>,
+    /// What is lost by pixel in magma, 0 to [`JOD_MAP_WHITE`]; where there is a truth.
+    pub jod: Option<Image<[u8; 3]>>,
     /// The greatest absolute difference of R, G and B in viridis, 0 to [`ABS_ERROR_WHITE`].
     pub abs_error: Option<Image<[u8; 3]>>,
 }
@@ -43,15 +52,38 @@ pub fn method_images(
     result: &MethodResult,
     truth: Option<&Truth>,
     display: Display,
+    viewing: &Viewing,
 ) -> Result<MethodImages, StudyError> {
     let image = shown(&result.color, display);
     let method = result.method;
-    let Some(truth) = truth else { return Ok(MethodImages { method, image, flip: None, abs_error: None }) };
+    let Some(truth) = truth else {
+        return Ok(MethodImages { method, image, flip: None, jod: None, abs_error: None });
+    };
     let failed = |source| StudyError::Metrics { method, source };
-    let flip = metrics::flip_map(&result.color, &truth.color, display, DEFAULT_PIXELS_PER_DEGREE).map_err(failed)?;
+    let jod = metrics::jod_map(&result.color, &truth.color, display, viewing).map_err(failed)?;
     let errors = metrics::abs_error_map(&result.color, &truth.color, display).map_err(failed)?;
     let abs_error = ColorMap::Viridis.apply(&errors.map(Vec3::max_element), ABS_ERROR_WHITE);
-    Ok(MethodImages { method, image, flip: Some(ColorMap::Magma.apply(&flip, 1.0)), abs_error: Some(abs_error) })
+    let jod = jod.map(|found| ColorMap::Magma.apply(&found.map, JOD_MAP_WHITE));
+    let flip = flip_image(result, Some(truth), display, viewing)?;
+    Ok(MethodImages { method, image, flip, jod, abs_error: Some(abs_error) })
+}
+
+/// A method's FLIP map in magma, 0 to 1; `None` without a truth.
+///
+/// # Errors
+///
+/// An image with NaN or infinity.
+pub fn flip_image(
+    result: &MethodResult,
+    truth: Option<&Truth>,
+    display: Display,
+    viewing: &Viewing,
+) -> Result<Option<Image<[u8; 3]>>, StudyError> {
+    let Some(truth) = truth else { return Ok(None) };
+    let failed = |source| StudyError::Metrics { method: result.method, source };
+    let ppd = viewing.px_per_degree as f32;
+    let flip = metrics::flip_map(&result.color, &truth.color, display, ppd).map_err(failed)?;
+    Ok(Some(ColorMap::Magma.apply(&flip, 1.0)))
 }
 
 /// What a report shows.
@@ -90,6 +122,9 @@ struct Page<'a> {
     magma: String,
     viridis: String,
     abs_error_white: f32,
+    jod_white: f32,
+    good_enough: Option<String>,
+    bounds: [&'static str; 4],
 }
 
 struct Fact {
@@ -106,6 +141,7 @@ struct Column {
 struct Row {
     title: &'static str,
     id: &'static str,
+    verdict: Option<Verdict>,
     cells: Vec<Cell>,
 }
 
@@ -120,8 +156,25 @@ struct Card {
     params: String,
     image: String,
     flip: Option<String>,
+    jod: Option<String>,
     abs_error: Option<String>,
     summary: String,
+    verdict: Option<Verdict>,
+}
+
+/// How visible a difference is, in a word and its colour.
+struct Verdict {
+    word: &'static str,
+    why: &'static str,
+    color: String,
+}
+
+impl Verdict {
+    fn of(json: &ResultJson) -> Option<Self> {
+        let visibility = json.metrics.visibility?;
+        let [r, g, b] = visibility.srgb8();
+        Some(Self { word: visibility.word(), why: visibility.why(), color: format!("rgb({r} {g} {b})") })
+    }
 }
 
 /// A column of the table: how to read it and which way is better.
@@ -151,7 +204,22 @@ fn measures() -> Vec<Measure> {
         ),
         measure("worst block", "dB", "PSNR of the worst block.", |r| r.metrics.worst_block_psnr_db, 2, true),
         measure("SSIM", "", "Mean structural similarity, 1 for equal images.", |r| r.metrics.ssim, 4, true),
-        measure("FLIP", "", "Mean perceived difference, 0 for equal images.", |r| r.metrics.flip, 4, false),
+        measure(
+            "JOD",
+            "",
+            "Quality as seen on this display, 10 for equal images; 1 less is seen by 75 % of observers. ColorVideoVDP.",
+            |r| r.metrics.jod,
+            2,
+            true,
+        ),
+        measure(
+            "FLIP",
+            "",
+            "Mean perceived difference at the display's pixels per degree, 0 for equal images.",
+            |r| r.metrics.flip,
+            4,
+            false,
+        ),
         measure("relMSE", "", "Relative squared error of linear values.", |r| r.metrics.rel_mse, 5, false),
         measure("GPU time", "ms", "Median over the runs.", |r| r.gpu_ms.map(|t| t.median), 3, false),
         measure(
@@ -191,6 +259,9 @@ pub fn html(input: &ReportInput<'_>) -> std::io::Result<String> {
         magma: gradient(ColorMap::Magma),
         viridis: gradient(ColorMap::Viridis),
         abs_error_white: ABS_ERROR_WHITE,
+        jod_white: 10.0 * JOD_MAP_WHITE,
+        good_enough: input.json.good_enough.as_ref().map(|found| good_enough_in_words(found, input.json)),
+        bounds: Visibility::ALL.map(Visibility::why),
     };
     page.render().map_err(std::io::Error::other)
 }
@@ -208,11 +279,27 @@ fn lens_facts(json: &CompareJson) -> Vec<Fact> {
         fact("K", format!("{:.3} px", lens.k_px)),
         fact("aperture", lens.aperture.clone()),
     ];
+    if !lens.eye.is_plain() {
+        facts.push(fact("eye", eye_in_words(&lens.eye)));
+    }
+    let viewing = &json.viewing;
+    let screen = &viewing.screen;
+    facts.push(fact("pixels per degree", format!("{:.2}", viewing.px_per_degree)));
+    let range = if screen.hdr { ", high dynamic range" } else { "" };
+    let light = format!("{} to {} cd/m² in {} lux{range}", screen.black_cd_m2, screen.peak_cd_m2, screen.ambient_lux);
+    facts.push(fact("display", light));
     if let Some(coc) = &json.setting.coc {
         facts.push(fact("mean CoC", format!("{:.2} px", coc.mean_px)));
         facts.push(fact("CoC range", format!("{:.2} to {:.2} px", coc.min_signed_px, coc.max_signed_px)));
     }
     facts
+}
+
+fn eye_in_words(eye: &Eye) -> String {
+    let accommodation = eye.accommodation_d.map(|d| format!("accommodates {d:.2} D"));
+    let chromatic = eye.chromatic.map(|[r, g, b]| format!("chromatic aberration at {r}, {g} and {b} nm"));
+    let refraction = (eye.refraction != Default::default()).then(|| format!("needs {}", eye.refraction));
+    [refraction, accommodation, chromatic].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
 fn rows(input: &ReportInput<'_>, measures: &[Measure]) -> Vec<Row> {
@@ -233,9 +320,24 @@ fn rows(input: &ReportInput<'_>, measures: &[Measure]) -> Vec<Row> {
             };
             Cell { text, best: value.is_some() && value == *best && json.method != "pinhole" }
         };
-        Row { title: result.title, id: result.method, cells: measures.iter().zip(&best).map(cell).collect() }
+        Row {
+            title: result.title,
+            id: result.method,
+            verdict: Verdict::of(json),
+            cells: measures.iter().zip(&best).map(cell).collect(),
+        }
     };
     results.iter().zip(&input.comparison.results).map(row).collect()
+}
+
+/// Which method is good enough, in a sentence.
+pub fn good_enough_in_words(found: &GoodEnough, json: &CompareJson) -> String {
+    let least = found.jod;
+    let Some(id) = found.method else { return format!("No method reaches {least} JOD here.") };
+    let result = json.results.iter().find(|r| r.method == id);
+    let cost = result.and_then(|r| r.gpu_ms).map_or(String::new(), |ms| format!(" in {:.3} ms", ms.median));
+    let has = result.and_then(|r| r.metrics.jod).map_or(String::new(), |jod| format!(" with {jod:.2} JOD"));
+    format!("The cheapest method that reaches {least} JOD on {} is {id}{has}{cost}.", json.setting.adapter)
 }
 
 fn reference_caption(json: &CompareJson) -> String {
@@ -262,8 +364,10 @@ fn card(result: &MethodResult, images: &MethodImages, json: &ResultJson) -> std:
         params: params.join(", ").replace('"', ""),
         image: data_uri(&images.image)?,
         flip: images.flip.as_ref().map(data_uri).transpose()?,
+        jod: images.jod.as_ref().map(data_uri).transpose()?,
         abs_error: images.abs_error.as_ref().map(data_uri).transpose()?,
         summary: summary.join(" · "),
+        verdict: Verdict::of(json),
     })
 }
 

@@ -3,10 +3,12 @@
 
 use super::timing::RunTimes;
 use super::{Comparison, MethodResult, Rendered, Truth, compare};
-use crate::metrics::Metrics;
+use crate::metrics::{Metrics, Visibility};
+use defocus::eye::Eye;
 use defocus::gpu::{FrameStats, Gpu, PassTime};
 use defocus::lens::{CocStatistics, Lens};
 use defocus::stereo::Stereo;
+use defocus::viewing::Viewing;
 use glam::UVec2;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -37,6 +39,10 @@ pub struct LensJson {
     pub k_px: f64,
     /// The aperture's shape, as the command line takes it.
     pub aperture: String,
+    /// What the eye adds.
+    pub eye: Eye,
+    /// Distance of what is sharp, metres; null where that is infinity or nothing is.
+    pub sharpest_m: Option<f64>,
 }
 
 impl From<&Lens> for LensJson {
@@ -50,6 +56,8 @@ impl From<&Lens> for LensJson {
             focus_m: Some(lens.focus_distance_m).filter(|m| m.is_finite()),
             k_px: lens.k_px(),
             aperture: lens.aperture.to_string(),
+            eye: lens.eye,
+            sharpest_m: Some(lens.sharpest_m()).filter(|m| m.is_finite()),
         }
     }
 }
@@ -187,6 +195,8 @@ pub struct CompareJson {
     /// Where, of what, through which lens.
     #[serde(flatten)]
     pub setting: Setting,
+    /// Under what angle and in what light the images are looked at.
+    pub viewing: Viewing,
     /// The truth, where there is one.
     pub reference: Option<ReferenceJson>,
     /// What came of each method.
@@ -195,6 +205,8 @@ pub struct CompareJson {
     pub copy_ms: Option<RunTimes>,
     /// Methods left out, with the reason.
     pub not_run: Vec<compare::NotRun>,
+    /// The cheapest method that is good enough, where that was asked for.
+    pub good_enough: Option<compare::GoodEnough>,
 }
 
 /// The truth.
@@ -240,6 +252,15 @@ pub struct MetricsJson {
     pub ssim: Option<f64>,
     /// Mean FLIP.
     pub flip: Option<f64>,
+    /// Pixels per degree at which FLIP and JOD looked at the images.
+    #[serde(default)]
+    pub ppd: Option<f64>,
+    /// Quality by ColorVideoVDP, JOD, 10 for equal images.
+    #[serde(default)]
+    pub jod: Option<f64>,
+    /// The same in a word.
+    #[serde(default)]
+    pub visibility: Option<Visibility>,
     /// Relative mean squared error.
     pub rel_mse: Option<f64>,
     /// PSNR, dB, of the worst block.
@@ -256,6 +277,9 @@ impl From<&Metrics> for MetricsJson {
             psnr_defocused_db: m.psnr_defocused_db,
             ssim: m.ssim,
             flip: Some(m.flip),
+            ppd: Some(m.px_per_degree),
+            jod: m.jod,
+            visibility: m.jod.map(Visibility::of_jod),
             rel_mse: Some(m.rel_mse),
             worst_block_psnr_db: m.worst_block_psnr_db,
             worst_block: m.worst_block.map(|p| p.to_array()),
@@ -280,6 +304,7 @@ impl CompareJson {
     /// What came of a comparison.
     pub fn new(
         setting: Setting,
+        viewing: Viewing,
         truth: Option<&Truth>,
         comparison: &Comparison,
         not_run: Vec<compare::NotRun>,
@@ -288,10 +313,12 @@ impl CompareJson {
             |t: &Truth| ReferenceJson { method: t.method, samples: t.samples, self_psnr_db: t.self_psnr_db };
         Self {
             setting,
+            viewing,
             reference: truth.map(reference),
             results: comparison.results.iter().map(ResultJson::from).collect(),
             copy_ms: comparison.copy_ms,
             not_run,
+            good_enough: None,
         }
     }
 }

@@ -10,6 +10,7 @@
 use defocus::colormap::ColorMap;
 use defocus::display::{Display, ToneMap, srgb_decode, srgb_encode};
 use defocus::image::{ColorImage, Image};
+use defocus::viewing::Viewing;
 use defocus_study::metrics::{
     CompareOptions, DEFAULT_PIXELS_PER_DEGREE, MetricsError, abs_error_map, compare, defocused_mask, flip_map,
     hdr_flip_map, rel_mse,
@@ -78,7 +79,8 @@ fn agrees_with_nvidias_flip_on_floats() {
         (DEFAULT_PIXELS_PER_DEGREE, 0.382_603_765, [0.143_404_78, 0.272_327_63, 0.979_700_51]),
         (30.0, 0.453_503_847, [0.066_631_74, 0.396_158_1, 0.984_320_1]),
     ] {
-        let options = CompareOptions { pixels_per_degree: ppd, ..Default::default() };
+        let viewing = Viewing { px_per_degree: f64::from(ppd), ..Viewing::default() };
+        let options = CompareOptions { viewing, ..Default::default() };
         close(compare(&test, &reference, &options).unwrap().flip, mean, 1e-4);
         let map = flip_map(&test, &reference, Display::default(), ppd).unwrap();
         for (expected, (x, y)) in at.into_iter().zip([(0, 0), (20, 20), (47, 35)]) {
@@ -253,8 +255,9 @@ fn mistakes_are_named() {
     let mask = Image::filled(uvec2(1, 1), true);
     let message = error(&image, &CompareOptions { defocused: Some(&mask), ..options }).to_string();
     assert!(message.contains("mask is 1 x 1 px"), "{message}");
-    for pixels_per_degree in [0.0, f32::NAN, 1e6] {
-        let options = CompareOptions { pixels_per_degree, ..options };
+    for px_per_degree in [0.0, f64::NAN, 1e6] {
+        let viewing = Viewing { px_per_degree, ..options.viewing };
+        let options = CompareOptions { viewing, ..options };
         assert!(matches!(error(&image, &options), MetricsError::PixelsPerDegree(_)));
     }
     let empty = Image::filled(UVec2::ZERO, Vec3::ONE);

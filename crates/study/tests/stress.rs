@@ -42,6 +42,7 @@ impl Method for Broken {
             summary: "",
             limits: "",
             apertures: Apertures::Any,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: true,
             averages: true,

@@ -143,6 +143,7 @@ impl Method for Adaptive {
             summary: "Traces a few lens rays a pixel through peeled layers, only where the blur needs them, and filters what they hit by depth.",
             limits: "Four surfaces behind one another; with an image as input what the foreground hides is missing. Shading does not depend on the lens point.",
             apertures: Apertures::Any,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

@@ -60,6 +60,7 @@ impl Method for Mipmap {
             summary: "Reads each pixel's blur from a mipmap that keeps sharp surfaces out of blurred backgrounds, and spreads blurred foreground over what is behind it.",
             limits: "One view only: what a blurred foreground hides is filled in from what is seen beside it. Behind the focus distance there is no order in depth beyond what is sharper: a blur takes in what is more blurred, too. Round apertures only. As printed also: blurred foreground hardly reaches over its outline (equation 11 smooths the degree of blur, and the colour read there is mostly what lies behind: 0.02 of it 4 px outside of an edge with C = 12 px, where a lens has 0.28); what is small and behind the focus distance vanishes where what is behind it is blurred more by delta (equation 9: of 3x3 px with C = 21 px before a wall with 31 px no light is left); between two texels a sharp one can count by delta over the difference of their DoBs.",
             apertures: Apertures::Round,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

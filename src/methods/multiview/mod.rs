@@ -127,6 +127,7 @@ impl Method for Multiview {
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
             limits: "Within a slab only the nearest surface is known. An image with a depth map has no hidden surfaces to find.",
             apertures: Apertures::Any,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: false,
             averages: true,

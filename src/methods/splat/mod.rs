@@ -126,6 +126,7 @@ impl Method for Splat {
             summary: "Spreads every pixel over its blur spot on three layers around each destination, with a second image of what the foreground hides.",
             limits: "Two surfaces deep: a third behind two blurred ones is missing. The cost grows with the area of the CoC.",
             apertures: Apertures::Any,
+            astigmatism: false,
             needs_scene: false,
             conserves_energy: true,
             averages: true,

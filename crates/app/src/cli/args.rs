@@ -2,10 +2,12 @@
 
 use super::bench::{parse_shard, parse_table};
 use super::options::{
-    CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_size,
+    CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_aperture,
+    parse_jod, parse_size,
 };
 use super::stereo::StereoOptions;
 use clap::{Args, Parser, Subcommand, ValueEnum};
+use defocus::aperture::Aperture;
 use defocus_study::bench::{PaperTable, Shard};
 use glam::UVec2;
 use std::path::PathBuf;
@@ -41,6 +43,10 @@ pub enum Command {
     Bench(Box<BenchArgs>),
     /// Where the time goes on this adapter: methods, their passes, what they draw and hold
     Profile(Box<ProfileArgs>),
+    /// Each method's point spread function beside the lens's own: width, energy, symmetry, MTF
+    Psf(Box<PsfArgs>),
+    /// Which methods are good enough for a display, over pupils and focus distances, and what they cost
+    Advise(Box<AdviseArgs>),
     /// Numerical stability: every method under extreme conditions, the first bad pixel named
     Stress(StressArgs),
     /// Random scenes against the reference: where each method is worst, and how bad
@@ -109,6 +115,10 @@ pub struct CompareArgs {
     /// Runs of each method before the timed ones
     #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(0..=10_000))]
     pub warmup: u32,
+    /// Name the cheapest method whose quality, as seen on the display, is at least this: 10 is no visible
+    /// difference, 9 is one that 75 % of observers see
+    #[arg(long, value_name = "JOD", allow_hyphen_values = true, value_parser = parse_jod)]
+    pub good_enough: Option<f64>,
     /// Folder for the images, the report and the numbers
     #[arg(short, long, value_name = "DIR")]
     pub output: Option<PathBuf>,
@@ -237,6 +247,70 @@ pub struct ProfileArgs {
     /// Also count texture reads, in a frame that is not timed
     #[arg(long)]
     pub count_reads: bool,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus psf`.
+#[derive(Debug, Args)]
+pub struct PsfArgs {
+    /// The methods, separated by commas, or all
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// CoC diameters, px
+    #[arg(long = "coc", value_name = "PX,...", value_delimiter = ',', default_values_t = [0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0], allow_negative_numbers = true)]
+    pub cocs: Vec<f64>,
+    /// Intensity over the aperture: disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE
+    #[arg(long, value_name = "SHAPE", value_parser = parse_aperture)]
+    pub aperture: Option<Aperture>,
+    /// The point is in front of the focus distance instead of behind it
+    #[arg(long)]
+    pub front: bool,
+    /// Set a parameter of a method (repeatable), as `defocus methods` lists them
+    #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
+    pub settings: Vec<String>,
+    /// Folder for the page, the table and the picture
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    /// All functions on one sheet as an EXR, linear: rows are methods, columns CoCs
+    #[arg(long, value_name = "FILE")]
+    pub export: Option<PathBuf>,
+    #[command(flatten)]
+    pub run: RunOptions,
+}
+
+/// `defocus advise`.
+#[derive(Debug, Args)]
+pub struct AdviseArgs {
+    #[command(flatten)]
+    pub scene: SceneOptions,
+    #[command(flatten)]
+    pub lens: LensOptions,
+    #[command(flatten)]
+    pub view: ViewOptions,
+    /// The methods, separated by commas, or all: all but accumulation, the reference
+    #[arg(long, value_name = "A,B|all", default_value = "all")]
+    pub methods: String,
+    /// Pupils, mm [default: 2,4,6,8]
+    #[arg(long, value_name = "MM,...", value_delimiter = ',', allow_negative_numbers = true)]
+    pub pupils: Vec<f64>,
+    /// Focus distances, metres [default: near, middle and far of what is in view]
+    #[arg(long, value_name = "M,...", value_delimiter = ',', allow_negative_numbers = true)]
+    pub focus_distances: Vec<f64>,
+    /// Least quality that is good enough, JOD: 9 is a difference that 75 % of observers see
+    #[arg(long, value_name = "JOD", default_value_t = 9.0, allow_hyphen_values = true, value_parser = parse_jod)]
+    pub good_enough: f64,
+    /// Lens points of the reference
+    #[arg(long, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(1..=65536))]
+    pub samples: u32,
+    /// Timed runs of each method
+    #[arg(long, value_name = "N", default_value_t = 3, value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub runs: u32,
+    /// Folder for the page and the numbers
+    #[arg(short, long, value_name = "DIR")]
+    pub output: Option<PathBuf>,
+    #[command(flatten)]
+    pub display: DisplayOptions,
     #[command(flatten)]
     pub run: RunOptions,
 }

@@ -6,14 +6,14 @@ use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use super::setup::{Setup, SetupOptions};
 use anyhow::{Context, ensure};
-use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
+use comfy_table::{Cell, CellAlignment, Color, ContentArrangement, Table, presets};
 use defocus::image::Image;
 use defocus::image_io::{write_atomically, write_exr, write_png_rgb};
 use defocus::methods::Method;
 use defocus_study::cache::cached_reference;
-use defocus_study::compare::{CompareRequest, compare, runnable};
+use defocus_study::compare::{CompareRequest, GoodEnough, compare, runnable};
 use defocus_study::reference::{Reference, ReferenceRequest};
-use defocus_study::report::{self, ReportInput};
+use defocus_study::report::{self, ReportInput, good_enough_in_words};
 use defocus_study::results::{CompareJson, MetricsJson, ResultJson};
 use defocus_study::timing::Rounds;
 use defocus_study::{Comparison, Truth};
@@ -58,7 +58,8 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     setup.view = image.unwrap_or(setup.view);
     let comparison = compare_all(args, &mut setup, &methods, truth.as_ref(), &bar)?;
     drop(bar);
-    let json = CompareJson::new(setup.setting(), truth.as_ref(), &comparison, not_run);
+    let mut json = CompareJson::new(setup.setting(), setup.viewing, truth.as_ref(), &comparison, not_run);
+    json.good_enough = args.good_enough.map(|jod| GoodEnough::among(&comparison.results, jod));
     check_interrupt()?;
     if let Some(folder) = &args.output {
         let results = Results { json: &json, comparison: &comparison, truth: truth.as_ref() };
@@ -103,9 +104,9 @@ fn compare_all(
     bar: &Bar,
 ) -> anyhow::Result<Comparison> {
     let gpu = setup.gpu();
-    let display = setup.display;
+    let (display, viewing) = (setup.display, setup.viewing);
     let rounds = Rounds { warmup: args.warmup, runs: args.runs, redraw: false };
-    let request = CompareRequest { lens: &setup.lens, methods, truth, display, rounds };
+    let request = CompareRequest { lens: &setup.lens, methods, truth, display, viewing, rounds };
     Ok(compare(&gpu, &mut setup.view, &request, &mut |step| bar.step(step))?)
 }
 
@@ -136,7 +137,7 @@ fn write_files(folder: &Path, setup: &Setup, results: &Results<'_>) -> anyhow::R
         .comparison
         .results
         .par_iter()
-        .map(|result| report::method_images(result, results.truth, display))
+        .map(|result| report::method_images(result, results.truth, display, &setup.viewing))
         .collect::<Result<_, _>>()?;
     check_interrupt()?;
     let png = |name: String, image: Option<&Image<[u8; 3]>>| {
@@ -145,6 +146,7 @@ fn write_files(folder: &Path, setup: &Setup, results: &Results<'_>) -> anyhow::R
     for image in &images {
         png(image.method.to_owned(), Some(&image.image))?;
         png(format!("{}-flip", image.method), image.flip.as_ref())?;
+        png(format!("{}-jod", image.method), image.jod.as_ref())?;
         png(format!("{}-error", image.method), image.abs_error.as_ref())?;
     }
     if let Some(truth) = results.truth {
@@ -171,21 +173,37 @@ fn write_files(folder: &Path, setup: &Setup, results: &Results<'_>) -> anyhow::R
 fn table(json: &CompareJson) -> String {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
-    let header = ["method", "PSNR dB", "defocused dB", "worst block dB", "SSIM", "FLIP", "relMSE", "GPU ms", "copies"];
+    let header = [
+        "method",
+        "difference",
+        "JOD",
+        "PSNR dB",
+        "defocused dB",
+        "worst block dB",
+        "SSIM",
+        "FLIP",
+        "relMSE",
+        "GPU ms",
+        "copies",
+    ];
     table.set_header(header).add_rows(json.results.iter().map(row));
-    for column in table.column_iter_mut().skip(1) {
+    for column in table.column_iter_mut().skip(2) {
         column.set_cell_alignment(CellAlignment::Right);
     }
     let left = json.not_run.iter().map(|left| format!("\n{} was left out: {}", left.method, left.reason));
-    format!("{}\n{table}{}", head(json), left.collect::<String>())
+    let good_enough = json.good_enough.as_ref();
+    let good_enough = good_enough.map_or(String::new(), |found| "\n".to_owned() + &good_enough_in_words(found, json));
+    format!("{}\n{table}{}{good_enough}", head(json), left.collect::<String>())
 }
 
-fn row(result: &ResultJson) -> [String; 9] {
+fn row(result: &ResultJson) -> [Cell; 11] {
     let m: &MetricsJson = &result.metrics;
     let number = |value: Option<f64>, decimals: usize| value.map_or("–".into(), |v| format!("{v:.decimals$}"));
     let psnr = if m.identical == Some(true) { "identical".into() } else { number(m.psnr_db, 2) };
-    [
+    let texts = [
         result.method.into(),
+        String::new(),
+        number(m.jod, 2),
         psnr,
         number(m.psnr_defocused_db, 2),
         number(m.worst_block_psnr_db, 2),
@@ -194,7 +212,13 @@ fn row(result: &ResultJson) -> [String; 9] {
         number(m.rel_mse, 5),
         number(result.gpu_ms.map(|t| t.median), 3),
         number(result.copy_ratio.map(|t| t.median), 2),
-    ]
+    ];
+    let mut cells = texts.map(Cell::new);
+    if let Some(visibility) = m.visibility {
+        let [r, g, b] = visibility.srgb8();
+        cells[1] = Cell::new(visibility.word()).fg(Color::Rgb { r, g, b });
+    }
+    cells
 }
 
 fn head(json: &CompareJson) -> String {
@@ -206,5 +230,8 @@ fn head(json: &CompareJson) -> String {
         let db = r.self_psnr_db.map_or(String::new(), |db| format!(", converged to about {db:.1} dB"));
         format!("{}{samples}{db}", r.method)
     });
-    format!("{}, {width}x{height} px{coc}; {}; reference: {reference}", setting.scene, setting.adapter)
+    let ppd = json.viewing.px_per_degree;
+    let screen = &json.viewing.screen;
+    let seen = format!("{ppd:.2} px per degree, {} to {} cd/m2", screen.black_cd_m2, screen.peak_cd_m2);
+    format!("{}, {width}x{height} px{coc}; {seen}; {}; reference: {reference}", setting.scene, setting.adapter)
 }

@@ -1,5 +1,6 @@
 //! The command line: it does what the window does, without one.
 
+mod advise;
 mod args;
 mod bench;
 mod compare;
@@ -11,6 +12,7 @@ mod options;
 mod output;
 mod profile;
 mod progress;
+mod psf;
 mod render;
 mod select;
 mod setup;
@@ -41,6 +43,8 @@ fn run(cli: Cli) -> anyhow::Result<()> {
         Some(Command::Diff(args)) => diff::run(args),
         Some(Command::Bench(args)) => bench::run(args),
         Some(Command::Profile(args)) => profile::run(args),
+        Some(Command::Psf(args)) => psf::run(args),
+        Some(Command::Advise(args)) => advise::run(args),
         Some(Command::Stress(args)) => stress::run(args),
         Some(Command::Gauntlet(args)) => gauntlet::run(args),
         Some(Command::Methods(args)) => list::methods(args.json),

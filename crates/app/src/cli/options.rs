@@ -3,7 +3,9 @@
 use clap::{Args, ValueEnum};
 use defocus::aperture::Aperture;
 use defocus::display::{Display, ToneMap};
+use defocus::eye::{Eye, EyePreset, Pupil, PupilError, Refraction, amplitude_d, eye_presets};
 use defocus::gpu::{Gpu, GpuError, Schedule};
+use defocus::viewing::{PX_PER_DEGREE, Screen, ScreenError};
 use defocus_study::cache::ReferenceCache;
 use glam::{DQuat, DVec3, UVec2, uvec2};
 use std::path::PathBuf;
@@ -112,6 +114,112 @@ pub struct LensOptions {
     /// Intensity over the aperture: disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE
     #[arg(long, value_name = "SHAPE", value_parser = parse_aperture)]
     pub aperture: Option<Aperture>,
+    #[command(flatten)]
+    pub eye: EyeOptions,
+}
+
+/// The eye behind the lens.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Eye", allow_negative_numbers = true)]
+pub struct EyeOptions {
+    /// E is the pupil of an eye that is adapted to this luminance, cd/m2; display: to a picture of mid-grey on
+    /// the display
+    #[arg(long, value_name = "CD_M2|display", conflicts_with_all = ["aperture_diameter_mm", "mean_coc"], value_parser = parse_adaptation)]
+    pub pupil_luminance: Option<Adaptation>,
+    /// Diameter of the lit field, degrees
+    #[arg(long, value_name = "DEG", default_value_t = 60.0, requires = "pupil_luminance")]
+    pub pupil_field: f64,
+    /// One eye is covered
+    #[arg(long, requires = "pupil_luminance")]
+    pub one_eye: bool,
+    /// Age, years, of whom the pupil and the accommodation are [default: 30 for the pupil, and an eye that
+    /// focuses as near as is asked]
+    #[arg(long, value_name = "YEARS")]
+    pub age: Option<f64>,
+    /// An eye by name: emmetrope, presbyope, myope or astigmat
+    #[arg(long, value_name = "NAME", value_parser = parse_eye)]
+    pub eye: Option<EyePreset>,
+    /// Sphere of the glasses that the eye needs and does not wear, dioptres
+    #[arg(long, value_name = "D")]
+    pub sphere: Option<f64>,
+    /// Cylinder of those glasses, dioptres
+    #[arg(long, value_name = "D")]
+    pub cylinder: Option<f64>,
+    /// Axis of the cylinder, degrees from 0 to 180
+    #[arg(long, value_name = "DEG")]
+    pub axis: Option<f64>,
+    /// How much nearer than at rest the eye can focus, dioptres [default: that of its age]
+    #[arg(long, value_name = "D")]
+    pub accommodation: Option<f64>,
+    /// Chromatic aberration: each of the display's primaries has its own focus; their dominant wavelengths in
+    /// nm [default: the display's]
+    #[arg(long, value_name = "R,G,B", num_args = 0..=1, require_equals = true, value_parser = parse_primaries)]
+    pub chromatic: Option<Option<[f64; 3]>>,
+}
+
+/// What a pupil is adapted to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Adaptation {
+    /// The display.
+    Display,
+    /// A luminance, cd/m2.
+    CdM2(f64),
+}
+
+impl EyeOptions {
+    /// What is said about the eye in place of `eye`, before a display of such light.
+    pub fn overridden(&self, eye: Eye, screen: &Screen) -> Eye {
+        let preset = self.eye;
+        let base = preset.map_or(eye.refraction, |preset| preset.refraction);
+        let refraction = Refraction {
+            sphere_d: self.sphere.unwrap_or(base.sphere_d),
+            cylinder_d: self.cylinder.unwrap_or(base.cylinder_d),
+            axis_deg: self.axis.unwrap_or(base.axis_deg),
+        };
+        let by_age = self.age.or(preset.map(|preset| preset.age_years)).map(amplitude_d);
+        let accommodation_d = self.accommodation.or(by_age).or(eye.accommodation_d);
+        let chromatic = self.chromatic.map(|given| given.unwrap_or(screen.primaries_nm)).or(eye.chromatic);
+        Eye { refraction, accommodation_d, chromatic, ..eye }
+    }
+
+    /// Diameter of the pupil, mm, before a display of such light; `None` where E is said otherwise.
+    ///
+    /// # Errors
+    ///
+    /// Light or an age for which no pupil is known.
+    pub fn pupil_mm(&self, screen: &Screen) -> Result<Option<f64>, PupilError> {
+        let Some(adaptation) = self.pupil_luminance else { return Ok(None) };
+        let usual = Pupil::default();
+        let pupil = Pupil {
+            luminance_cd_m2: match adaptation {
+                Adaptation::Display => screen.adapting_cd_m2(),
+                Adaptation::CdM2(luminance) => luminance,
+            },
+            field_deg: self.pupil_field,
+            both_eyes: !self.one_eye,
+            age_years: self.age.or(self.eye.map(|eye| eye.age_years)).unwrap_or(usual.age_years),
+        };
+        pupil.check()?;
+        Ok(Some(pupil.diameter_mm()))
+    }
+}
+
+fn parse_adaptation(text: &str) -> Result<Adaptation, String> {
+    if text == "display" {
+        return Ok(Adaptation::Display);
+    }
+    text.parse().map(Adaptation::CdM2).map_err(|_| "give a luminance in cd/m2, such as 100, or display".into())
+}
+
+fn parse_eye(text: &str) -> Result<EyePreset, String> {
+    let all = eye_presets();
+    let known = all.map(|eye| eye.name).join(", ");
+    all.into_iter().find(|eye| eye.name == text).ok_or_else(|| format!("the eyes are {known}"))
+}
+
+fn parse_primaries(text: &str) -> Result<[f64; 3], String> {
+    let numbers: Vec<f64> = text.split(',').filter_map(|n| n.trim().parse().ok()).collect();
+    <[f64; 3]>::try_from(numbers).map_err(|_| "give three wavelengths in nm, such as 617,520,449".into())
 }
 
 /// The view.
@@ -173,7 +281,7 @@ pub enum ShadingName {
 }
 
 /// How images are shown.
-#[derive(Clone, Copy, Debug, Args)]
+#[derive(Clone, Copy, Debug, Default, Args)]
 #[command(next_help_heading = "Display")]
 pub struct DisplayOptions {
     /// Exposure before tone mapping, EV [default: 0; metered from the pinhole image for a scene file that
@@ -183,12 +291,44 @@ pub struct DisplayOptions {
     /// Tone map: none, reinhard or agx
     #[arg(long, value_name = "NAME", default_value = "none", value_parser = parse_tone_map)]
     pub tonemap: ToneMap,
+    /// Pixels per degree at which differences are judged [default: the lens's own, DPI ds pi / 180; 67 for
+    /// diff]
+    #[arg(long, value_name = "PX", allow_hyphen_values = true, value_parser = parse_ppd)]
+    pub ppd: Option<f64>,
+    /// Luminance of the display's white, cd/m2 [default: that of the lens preset's display, else 200]
+    #[arg(long, value_name = "CD_M2", allow_hyphen_values = true)]
+    pub peak_luminance: Option<f64>,
+    /// Luminance of its black, cd/m2 [default: the preset's, else a thousandth of the peak]
+    #[arg(long, value_name = "CD_M2", allow_hyphen_values = true)]
+    pub black_luminance: Option<f64>,
+    /// Light that falls on the display, lux [default: the preset's, else 250]
+    #[arg(long, value_name = "LUX", allow_hyphen_values = true)]
+    pub ambient: Option<f64>,
+    /// The display shows values above white, which is then 203 cd/m2, up to its peak
+    #[arg(long)]
+    pub hdr: bool,
 }
 
 impl DisplayOptions {
     /// The display; its exposure is 0 where none is named.
     pub fn display(&self) -> Display {
         Display { exposure_ev: self.exposure.unwrap_or(0.0), tone_map: self.tonemap }
+    }
+
+    /// The display's light: `preset` with what is given in place of its own.
+    ///
+    /// # Errors
+    ///
+    /// A luminance that no display has.
+    pub fn screen(&self, preset: Option<Screen>) -> Result<Screen, ScreenError> {
+        let base = preset.unwrap_or_default();
+        let peak_cd_m2 = self.peak_luminance.unwrap_or(base.peak_cd_m2);
+        // Another peak keeps the contrast.
+        let black_cd_m2 = self.black_luminance.unwrap_or(base.black_cd_m2 * peak_cd_m2 / base.peak_cd_m2);
+        let ambient_lux = self.ambient.unwrap_or(base.ambient_lux);
+        let screen = Screen { peak_cd_m2, black_cd_m2, ambient_lux, hdr: self.hdr || base.hdr, ..base };
+        screen.check()?;
+        Ok(screen)
     }
 }
 
@@ -352,7 +492,7 @@ fn parse_overscan(text: &str) -> Result<Overscan, String> {
     text.parse().map(Overscan::Pixels).map_err(|_| "give auto or a number of pixels, such as 32".into())
 }
 
-fn parse_aperture(text: &str) -> Result<Aperture, String> {
+pub fn parse_aperture(text: &str) -> Result<Aperture, String> {
     text.parse().map_err(|e: defocus::aperture::ApertureError| e.to_string())
 }
 
@@ -360,8 +500,21 @@ fn parse_tone_map(text: &str) -> Result<ToneMap, String> {
     text.parse().map_err(|e: defocus::display::UnknownToneMap| e.to_string())
 }
 
+fn parse_ppd(text: &str) -> Result<f64, String> {
+    let known = text.parse().ok().filter(|ppd| PX_PER_DEGREE.contains(ppd));
+    known.ok_or_else(|| {
+        format!("give pixels per degree from {} to {}, such as 25", PX_PER_DEGREE.start(), PX_PER_DEGREE.end())
+    })
+}
+
 /// Beyond 64 EV either way every finite colour is black or white.
 fn parse_exposure(text: &str) -> Result<f32, String> {
     let ev: f32 = text.parse().map_err(|_| "give a number of stops, such as -1.5")?;
     if ev.abs() <= 64.0 { Ok(ev) } else { Err("give a number of stops from -64 to 64".into()) }
+}
+
+/// A quality in JOD that something may have.
+pub fn parse_jod(text: &str) -> Result<f64, String> {
+    let known = text.parse().ok().filter(|jod| (0.0..=10.0).contains(jod));
+    known.ok_or_else(|| "give JOD from 0 to 10, such as 9.5".into())
 }

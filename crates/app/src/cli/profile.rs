@@ -8,7 +8,6 @@ use super::select;
 use super::setup::{Setup, SetupOptions};
 use anyhow::{Context, ensure};
 use comfy_table::{CellAlignment, ContentArrangement, Table, presets};
-use defocus::display::ToneMap;
 use defocus::lens::Lens;
 use defocus::methods::Method;
 use defocus::view::auto_overscan_px;
@@ -62,7 +61,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         lens: &args.lens,
         view: &args.view,
         // Times do not depend on how the picture is shown: nothing is metered.
-        display: &DisplayOptions { exposure: Some(0.0), tonemap: ToneMap::None },
+        display: &DisplayOptions { exposure: Some(0.0), ..Default::default() },
         adapter: args.run.adapter.as_deref(),
         schedule: args.run.schedule,
         stereo: None,

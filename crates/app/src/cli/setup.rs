@@ -16,6 +16,7 @@ use defocus::scene::gltf::Lighting;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::stereo::Layout;
 use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use defocus::viewing::{Screen, Viewing};
 use defocus_study::builtin;
 use defocus_study::meter::exposure_ev;
 use defocus_study::results::Setting;
@@ -35,6 +36,8 @@ pub struct Setup {
     pub lens: Lens,
     /// How colours are shown.
     pub display: Display,
+    /// Under what angle and in what light they are looked at.
+    pub viewing: Viewing,
     metered: Option<String>,
 }
 
@@ -57,7 +60,12 @@ impl Setup {
     pub fn new(options: &SetupOptions<'_>) -> anyhow::Result<Self> {
         check_fov(options.view.fov)?;
         let depth_args = depth_args(options.scene, options.view.fov)?;
-        let parts = lens_parts(options.lens)?;
+        let preset = options.lens.lens.as_deref().map(presets::preset).transpose()?;
+        let screen = options.display.screen(preset.and_then(|preset| preset.screen))?;
+        // An E that is said outright and one that follows from light are the same from here on.
+        let pupil_mm = options.lens.eye.pupil_mm(&screen)?;
+        let lens_options = &Given { options: options.lens, pupil_mm, screen };
+        let parts = lens_parts(lens_options)?;
         let spec = &options.scene.scene;
         let source = Source::open(spec, &depth_args)?.lit(lighting(options.view.light));
         let camera = source.camera_index(&options.view.camera)?;
@@ -77,7 +85,7 @@ impl Setup {
             view.set_camera(Camera { position: pose.position, orientation: pose.orientation, ..camera });
         }
         let depth = view.depth_m(&gpu);
-        let lens = focused_and_open(options.lens, parts, &depth, &source)?;
+        let lens = focused_and_open(lens_options, parts, &depth, &source)?;
         let overscan = match options.view.overscan {
             Overscan::Auto => auto_overscan(&source, &lens, &depth),
             Overscan::Pixels(px) => px,
@@ -87,7 +95,8 @@ impl Setup {
         }
         let camera = source.cameras()[camera].to_owned();
         let display = options.display.display();
-        let mut setup = Self { source: uploaded, camera, view, lens, display, metered: None };
+        let viewing = Viewing::of(&lens, screen).with_ppd(options.display.ppd);
+        let mut setup = Self { source: uploaded, camera, view, lens, display, viewing, metered: None };
         // What shows its base colours alone has no light to be too strong or too weak.
         let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
         let is_unlit = options.view.shading == ShadingName::Unlit;
@@ -137,7 +146,8 @@ impl Setup {
 
     /// What was approximated, left out or filled in, one sentence each.
     pub fn notes(&self) -> Vec<String> {
-        self.source.source().notes().iter().chain(&self.metered).cloned().collect()
+        let eye = self.lens.eye.out_of_reach(1.0 / self.lens.focus_distance_m);
+        self.source.source().notes().iter().chain(&self.metered).chain(&eye).cloned().collect()
     }
 }
 
@@ -196,11 +206,27 @@ fn depth_args(options: &SceneOptions, fov: FieldOfView) -> anyhow::Result<DepthA
     Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y })
 }
 
+/// What is said about the lens, with what follows from the display.
+struct Given<'a> {
+    options: &'a LensOptions,
+    /// The pupil by light and age, mm, where E is to be that.
+    pupil_mm: Option<f64>,
+    screen: Screen,
+}
+
+impl Given<'_> {
+    /// E, mm, if it is given in either way.
+    fn aperture_diameter_mm(&self) -> Option<f64> {
+        self.options.aperture_diameter_mm.or(self.pupil_mm)
+    }
+}
+
 /// The lens without focus and, unless given, with a closed aperture; all other parts checked.
-fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
+fn lens_parts(given: &Given<'_>) -> anyhow::Result<Lens> {
+    let options = given.options;
     let preset = presets::preset(options.lens.as_deref().unwrap_or("projection"))?.lens;
-    let given_diameter_mm = options.aperture_diameter_mm.or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
-    let lens = overridden(options, Lens { aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0), ..preset });
+    let given_diameter_mm = given.aperture_diameter_mm().or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
+    let lens = overridden(given, Lens { aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0), ..preset });
     let unfocused = options.focus.is_none();
     Lens { focus_distance_m: if unfocused { f64::INFINITY } else { lens.focus_distance_m }, ..lens.clone() }.check()?;
     if let Some(px) = options.mean_coc {
@@ -210,15 +236,17 @@ fn lens_parts(options: &LensOptions) -> anyhow::Result<Lens> {
 }
 
 /// `lens` with what the options say in place of its own.
-fn overridden(options: &LensOptions, lens: Lens) -> Lens {
+fn overridden(given: &Given<'_>, lens: Lens) -> Lens {
+    let options = given.options;
     Lens {
-        aperture_diameter_mm: options.aperture_diameter_mm.unwrap_or(lens.aperture_diameter_mm),
+        aperture_diameter_mm: given.aperture_diameter_mm().unwrap_or(lens.aperture_diameter_mm),
         focal_length_mm: options.focal_length_mm.unwrap_or(lens.focal_length_mm),
         image_distance_mm: options.image_distance_mm.unwrap_or(lens.image_distance_mm),
         screen_distance_mm: options.screen_distance_mm.unwrap_or(lens.screen_distance_mm),
         density_px_per_mm: options.density_px_per_mm.unwrap_or(lens.density_px_per_mm),
         focus_distance_m: options.focus.unwrap_or(lens.focus_distance_m),
         aperture: options.aperture.clone().unwrap_or(lens.aperture),
+        eye: options.eye.overridden(lens.eye, &given.screen),
     }
 }
 
@@ -229,11 +257,12 @@ fn auto_overscan(source: &Source, lens: &Lens, depth: &DepthImage) -> u32 {
     made_for.map_or_else(|| auto_overscan_px(lens, depth), |made_for| made_for.overscan_px_at(depth.size.y))
 }
 
-fn focused_and_open(options: &LensOptions, parts: Lens, depth: &DepthImage, source: &Source) -> anyhow::Result<Lens> {
+fn focused_and_open(given: &Given<'_>, parts: Lens, depth: &DepthImage, source: &Source) -> anyhow::Result<Lens> {
+    let options = given.options;
     // Only a lens that nobody chose is focused and opened by what is in view.
     let made_for = source.made_for().filter(|_| options.lens.is_none());
     let free = options.lens.is_none() && made_for.is_none();
-    let mut lens = made_for.map_or(parts, |made_for| overridden(options, made_for.lens_at(depth.size.y)));
+    let mut lens = made_for.map_or(parts, |made_for| overridden(given, made_for.lens_at(depth.size.y)));
     if let Some(at) = options.focus_at {
         lens.focus_distance_m = depth_under(depth, at)?;
     } else if options.focus.is_none() && free {
@@ -247,7 +276,7 @@ fn focused_and_open(options: &LensOptions, parts: Lens, depth: &DepthImage, sour
         lens = lens.with_mean_coc(px, depth.pixels.iter().copied()).context(
             "--mean-coc: all of the image lies at the focus distance, so that no aperture blurs it; choose another --focus",
         )?;
-    } else if options.aperture_diameter_mm.is_none() && free {
+    } else if given.aperture_diameter_mm().is_none() && free {
         lens = visibly_open(lens, depth);
     }
     lens.check()?;

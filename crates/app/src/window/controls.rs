@@ -6,7 +6,8 @@ use super::document::{DEFAULT_OPACITY, Document, MethodChoice, Show};
 use super::engine::PassTimes;
 use super::limits::aperture_limit;
 use super::panels::{
-    ApertureChange, Field, LensChanges, LensReadings, VrReadings, aperture_panel, focus_panel, vr_panel,
+    ApertureChange, EyeSettings, Field, LensChanges, LensReadings, VrReadings, aperture_panel, eye_panel, focus_panel,
+    same_but_focus, vr_panel,
 };
 use super::preferences::Navigation;
 use super::size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
@@ -16,6 +17,7 @@ use super::{style, timing};
 use defocus::combine;
 use defocus::display::ToneMap;
 use defocus::methods;
+use defocus::presets::presets;
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
 use glam::UVec2;
 use std::ops::RangeInclusive;
@@ -32,6 +34,7 @@ impl App {
                 let ui = &mut outside.new_child(UiBuilder::new());
                 ui.add_space(4.0);
                 self.lens_group(ui);
+                self.eye_group(ui);
                 self.focus_group(ui);
                 self.method_group(ui);
                 group(ui, "View", true, |ui| {
@@ -65,6 +68,7 @@ impl App {
         });
         (preferences.distance_unit, preferences.display_by_view) = (panel.unit, panel.display_by_view);
         self.take_lens_changes(changes);
+        self.take_display_of(changes);
         let limits: Vec<String> = self.aperture_limits();
         let aperture = &mut self.document.lens.aperture;
         let mut change = ApertureChange::default();
@@ -76,6 +80,44 @@ impl App {
         });
         if change.wants_image {
             self.dialogs.open_aperture(ui.ctx());
+        }
+    }
+
+    /// A lens that is a preset's brings its display's light with it.
+    fn take_display_of(&mut self, changes: LensChanges) {
+        if !changes.lens {
+            return;
+        }
+        let lens = &self.document.lens;
+        let shown = presets().into_iter().find(|preset| same_but_focus(&preset.lens, lens));
+        let screen = shown.and_then(|preset| preset.screen);
+        let document = &mut self.document;
+        document.screen = screen.unwrap_or(document.screen);
+        match &mut document.pupil {
+            // A pupil that follows the light follows that of another display.
+            Some(pupil) if screen.is_some() => {
+                pupil.luminance_cd_m2 = document.screen.adapting_cd_m2();
+                document.lens.aperture_diameter_mm = pupil.diameter_mm();
+            }
+            // An E that is set by hand does not follow any more.
+            Some(pupil) if pupil.diameter_mm() != document.lens.aperture_diameter_mm => document.pupil = None,
+            _ => {}
+        }
+    }
+
+    fn eye_group(&mut self, ui: &mut Ui) {
+        let document = &mut self.document;
+        let settings = EyeSettings {
+            lens: &mut document.lens,
+            pupil: &mut document.pupil,
+            age_years: &mut document.age_years,
+            screen: &mut document.screen,
+            ppd: &mut document.ppd,
+        };
+        let mut changed = false;
+        group(ui, "Eye and display", false, |ui| changed = eye_panel(ui, settings));
+        if changed {
+            self.document.automatic_lens = false;
         }
     }
 

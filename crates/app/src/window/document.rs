@@ -9,9 +9,11 @@ use super::size::PictureSize;
 use defocus::camera::Camera;
 use defocus::combine;
 use defocus::display::Display;
+use defocus::eye::Pupil;
 use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::stereo::Stereo;
+use defocus::viewing::{PX_PER_DEGREE, Screen, Viewing};
 use defocus_study::DepthArgs;
 use std::collections::BTreeMap;
 
@@ -67,6 +69,14 @@ pub struct Document {
     pub measure: bool,
     /// Exposure and tone map.
     pub display: Display,
+    /// The display's light.
+    pub screen: Screen,
+    /// Light and age that the lens's E follows, if it does.
+    pub pupil: Option<Pupil>,
+    /// Age, years, that limits the eye's accommodation, if it does.
+    pub age_years: Option<f64>,
+    /// Pixels per degree at which differences are judged, where not those of the lens.
+    pub ppd: Option<f64>,
     /// Which channels of pictures are shown.
     pub channel: combine::Channel,
     /// |c| up to which a point counts as sharp, px.
@@ -101,6 +111,10 @@ impl Default for Document {
             zoom: Zoom::default(),
             measure: false,
             display: Display::default(),
+            screen: Screen::default(),
+            pupil: None,
+            age_years: None,
+            ppd: None,
             channel: combine::Channel::All,
             acceptable_coc_px: 2.0,
             coc_scale_fits: true,
@@ -136,6 +150,11 @@ impl Document {
         self.size = self.size.repaired();
         self.focus = self.focus.repaired();
         self.stereo = self.stereo.map(Stereo::repaired);
+        self.screen = self.screen.repaired();
+        self.pupil = self.pupil.map(Pupil::repaired);
+        self.age_years = self.age_years.filter(|age| (0.0..=120.0).contains(age));
+        self.ppd = self.ppd.filter(|ppd| PX_PER_DEGREE.contains(ppd));
+        self.lens.eye = self.lens.eye.repaired();
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
         self.coc_scale_px = positive_or(self.coc_scale_px, Self::default().coc_scale_px);
         for pane in &mut self.panes {
@@ -227,6 +246,11 @@ impl Document {
             self.panes.retain(|p| p.id != id);
             self.mend_references();
         }
+    }
+
+    /// Under what angle and in what light pictures are judged.
+    pub fn viewing(&self) -> Viewing {
+        Viewing::of(&self.lens, self.screen).with_ppd(self.ppd)
     }
 
     /// Whether nothing of it was chosen for its scene yet: neither camera nor lens.

@@ -71,6 +71,10 @@ fn of_show(app: &App, id: PaneId) -> Option<Legend> {
                     let more = if gain > 1.0 { " and more" } else { "" };
                     legend(Map::Error, "FLIP", "0".into(), format!("{}{more}", significant(f64::from(1.0 / gain))))
                 }
+                DifferenceKind::Jod => {
+                    let lost = significant(f64::from(10.0 * difference.map_end()));
+                    legend(Map::Error, "Quality lost, as seen", "0 JOD".into(), format!("{lost} JOD and more"))
+                }
             }
         }
         Show::Inside(_) => Some(of_reading(app.engine().pane(id)?.reading()?)),

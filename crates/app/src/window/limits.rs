@@ -2,7 +2,20 @@
 
 use super::document::MethodChoice;
 use defocus::aperture::Aperture;
+use defocus::eye::Eye;
 use defocus::methods::{self, Apertures};
+
+/// What `choice` makes of an astigmatic eye, where it cannot show its elliptical blur, and which
+/// methods can.
+pub fn astigmatism_limit(choice: &MethodChoice, eye: &Eye) -> Option<String> {
+    let about = methods::by_id(&choice.id).ok()?.about();
+    if eye.refraction.cylinder_d == 0.0 || about.astigmatism || about.apertures == Apertures::None {
+        return None;
+    }
+    let all = methods::all().into_iter().map(|method| method.about());
+    let can: Vec<&str> = all.filter(|other| other.astigmatism).map(|other| other.title).collect();
+    Some(format!("{} blurs as the eye's mean meridian does: the ellipse is shown by {}.", about.title, can.join(", ")))
+}
 
 /// What `choice` makes of an aperture that has a shape of its own, where it cannot show it,
 /// and which methods can.
@@ -24,6 +37,19 @@ pub fn aperture_limit(choice: &MethodChoice, aperture: &Aperture) -> Option<Stri
 #[cfg(test)]
 mod tests {
     use super::*;
+    use defocus::eye::Refraction;
+
+    #[test]
+    fn only_an_ellipse_that_is_not_shown_is_spoken_of() {
+        let refraction = Refraction { cylinder_d: -1.5, axis_deg: 90.0, ..Refraction::default() };
+        for about in methods::all().into_iter().map(|method| method.about()) {
+            let choice = MethodChoice::new(about.id);
+            assert_eq!(astigmatism_limit(&choice, &Eye::default()), None);
+            let told = astigmatism_limit(&choice, &Eye { refraction, ..Eye::default() });
+            let is_limited = !about.astigmatism && about.apertures != Apertures::None;
+            assert_eq!(told.is_some(), is_limited, "{}", about.id);
+        }
+    }
 
     #[test]
     fn only_a_shape_that_is_not_shown_is_spoken_of() {

@@ -3,12 +3,13 @@
 use super::details::{Exposed, difference_row, inside_row};
 use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::engine::{Figures, Measured, Verdict};
-use super::limits::aperture_limit;
+use super::limits::{aperture_limit, astigmatism_limit};
 use super::numbers::significant;
 use super::widgets::combo;
 use super::{App, actions::Action, style};
 use defocus::gpu::Texture;
 use defocus::methods;
+use defocus_study::metrics::Visibility;
 use eframe::egui::{
     self, Align, Button, Color32, CornerRadius, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
     WidgetInfo, WidgetText, pos2, vec2,
@@ -306,6 +307,9 @@ impl App {
                 ui.label(RichText::new("round aperture").small().color(ui.visuals().warn_fg_color))
                     .on_hover_text(limit);
             }
+            if let Some(limit) = method.and_then(|method| astigmatism_limit(method, &self.document.lens.eye)) {
+                ui.label(RichText::new("no astigmatism").small().color(ui.visuals().warn_fg_color)).on_hover_text(limit);
+            }
             if let Some(divisor) = pane.map(|p| p.divisor()).filter(|divisor| *divisor > 1) {
                 let follows = pane.is_some_and(|p| p.is_drawn_beside());
                 let text = format!("drawn at 1/{divisor}{}", if follows { ", the whole follows" } else { "" });
@@ -317,7 +321,12 @@ impl App {
                     .on_hover_text("A frame of all panes takes longer than the display's interval: the pane under the pointer comes first");
             }
             ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
-                let FootText { text, help, is_current } = self.figures_text(id);
+                let FootText { text, help, is_current, visibility } = self.figures_text(id);
+                if let Some(visibility) = visibility {
+                    let [r, g, b] = visibility.srgb8();
+                    let word = RichText::new(visibility.word()).small().strong().color(Color32::from_rgb(r, g, b));
+                    ui.label(word).on_hover_text(format!("On this display: {}.", visibility.why()));
+                }
                 let text = RichText::new(text).small();
                 let text = if is_current { text } else { text.weak() };
                 ui.add(Label::new(text).truncate()).on_hover_text(help);
@@ -359,17 +368,19 @@ struct FootText {
     help: String,
     /// Whether it is about what is shown.
     is_current: bool,
+    /// How visible the difference is.
+    visibility: Option<Visibility>,
 }
 
 impl FootText {
     fn current(text: impl Into<String>, help: impl Into<String>) -> Self {
-        Self { text: text.into(), help: help.into(), is_current: true }
+        Self { text: text.into(), help: help.into(), is_current: true, visibility: None }
     }
 }
 
 /// A verdict in words. `goal`: lens points that the truth will have.
 fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
-    let help = "PSNR, SSIM and FLIP of what the display shows, against the reference with so many lens points.";
+    let help = "How visible the difference is on the display (ColorVideoVDP), then PSNR, SSIM and FLIP of what it shows, against the reference with so many lens points.";
     match verdict {
         Verdict::Unasked => {
             FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
@@ -382,7 +393,8 @@ fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
                 (Some(n), _) => format!(" · at {n} points"),
                 (None, _) => String::new(),
             };
-            FootText::current(figures_in_words(figures) + &points, help)
+            let visibility = figures.jod.map(Visibility::of_jod);
+            FootText { visibility, ..FootText::current(figures_in_words(figures) + &points, help) }
         }
         Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
         Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
@@ -390,6 +402,7 @@ fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
             help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
                 .into(),
             is_current: false,
+            visibility: None,
         },
     }
 }
@@ -400,7 +413,9 @@ fn figures_in_words(figures: &Figures) -> String {
         None => "identical".into(),
     };
     let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
-    format!("{psnr}{ssim} · FLIP {:.3}", figures.flip)
+    let ppd = significant(figures.px_per_degree);
+    let jod = figures.jod.map_or_else(String::new, |jod| format!("{jod:.2} JOD · "));
+    format!("{jod}{psnr}{ssim} · FLIP {:.3} at {ppd} px/deg", figures.flip)
 }
 
 fn has_details(show: &Show) -> bool {

@@ -91,9 +91,9 @@ pub fn write(order: ReportOrder, progress: &mut Progress<'_>) -> Result<(), Stri
         Some(truth) => Some(truth),
         None => own_truth(source, &mut view, document, progress)?,
     };
-    let display = document.display;
+    let (display, viewing) = (document.display, document.viewing());
     let rounds = Rounds { warmup: 1, runs: RUNS, redraw: false };
-    let request = CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, rounds };
+    let request = CompareRequest { lens, methods: &methods, truth: truth.as_ref(), display, viewing, rounds };
     let mut watched = Watched { activity, seen: activity.frames(), disturbed: 0, steps: 0 };
     let comparison = {
         let mut progress = |step: Step<'_>| watched.step(step, progress);
@@ -103,8 +103,8 @@ pub fn write(order: ReportOrder, progress: &mut Progress<'_>) -> Result<(), Stri
     let cameras = source.source().cameras();
     let camera = cameras[document.camera_index.min(cameras.len() - 1)];
     let setting = Setting::new(gpu, source.source().name(), camera, view.size(), lens, coc);
-    let json = CompareJson::new(setting, truth.as_ref(), &comparison, not_run);
-    let images = comparison.results.iter().map(|r| report::method_images(r, truth.as_ref(), display));
+    let json = CompareJson::new(setting, viewing, truth.as_ref(), &comparison, not_run);
+    let images = comparison.results.iter().map(|r| report::method_images(r, truth.as_ref(), display, &viewing));
     let images = images.collect::<Result<Vec<_>, _>>().map_err(|e| said(&e))?;
     let mut notes = source.source().notes().to_vec();
     notes.extend(watched.note());

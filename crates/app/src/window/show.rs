@@ -82,6 +82,12 @@ impl Difference {
         Self { against, kind, gain_log2: 0 }
     }
 
+    /// The number at the end of the colour scale of a map that is not computed on the GPU.
+    pub fn map_end(&self) -> f32 {
+        let whole = if self.kind == DifferenceKind::Jod { defocus_study::report::JOD_MAP_WHITE } else { 1.0 };
+        whole / self.gain()
+    }
+
     /// How much the colour scale is stretched.
     pub fn gain(&self) -> f32 {
         f32::from(self.gain_log2.min(Self::GREATEST_GAIN_LOG2)).exp2()
@@ -100,12 +106,19 @@ pub enum DifferenceKind {
     Relative,
     /// Andersson et al. 2020.
     Flip,
+    /// What an eye sees of it on the display: Mantiuk et al. 2024.
+    Jod,
 }
 
 impl DifferenceKind {
     /// All, with their names.
-    pub const ALL: [(Self, &'static str); 4] =
-        [(Self::Absolute, "absolute"), (Self::Signed, "signed"), (Self::Relative, "relative"), (Self::Flip, "FLIP")];
+    pub const ALL: [(Self, &'static str); 5] = [
+        (Self::Absolute, "absolute"),
+        (Self::Signed, "signed"),
+        (Self::Relative, "relative"),
+        (Self::Flip, "FLIP"),
+        (Self::Jod, "visible"),
+    ];
 }
 
 /// A texture from inside a method.

@@ -1,9 +1,11 @@
 //! The state as a file that reopens exactly, and as a command line.
 
 use super::document::{Document, MethodChoice, PaneState};
+use defocus::eye::Eye;
 use defocus::image_io::write_atomically;
 use defocus::methods;
 use defocus::scene::rgbd::DepthKind;
+use defocus::viewing::Screen;
 use defocus_study::DepthArgs;
 use glam::UVec2;
 use std::io::Write;
@@ -110,6 +112,7 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     option("--dpi", lens.density_px_per_mm.to_string());
     option("--focus", lens.focus_distance_m.to_string());
     option("--aperture", lens.aperture.to_string());
+    eye_words(&lens.eye, &mut option);
     // An image with depth, which has no camera, is seen with one eye; so is a comparison.
     let two = document.stereo.filter(|_| document.camera.is_some() && !compares);
     // The command line's size is that of the picture, which may hold both eyes'.
@@ -157,8 +160,45 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     if document.display.tone_map != Default::default() {
         option("--tonemap", document.display.tone_map.to_string());
     }
+    if compares {
+        viewing_words(document, &mut option);
+    }
+    if compares && document.screen.hdr {
+        words.push("--hdr".into());
+    }
+    if let Some([r, g, b]) = lens.eye.chromatic {
+        // One word: the wavelengths may be left out.
+        words.push(format!("--chromatic={r},{g},{b}"));
+    }
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     option("-o", if compares { "out".into() } else { "out.png".into() });
     words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+}
+
+/// What the eye adds, where it adds anything.
+fn eye_words(eye: &Eye, option: &mut dyn FnMut(&str, String)) {
+    let refraction = eye.refraction;
+    let numbers =
+        [("--sphere", refraction.sphere_d), ("--cylinder", refraction.cylinder_d), ("--axis", refraction.axis_deg)];
+    for (name, value) in numbers.into_iter().filter(|(_, value)| *value != 0.0) {
+        option(name, value.to_string());
+    }
+    if let Some(d) = eye.accommodation_d {
+        option("--accommodation", d.to_string());
+    }
+}
+
+/// Under what angle and in what light a comparison judges, where that is not the default.
+fn viewing_words(document: &Document, option: &mut dyn FnMut(&str, String)) {
+    if let Some(ppd) = document.ppd {
+        option("--ppd", ppd.to_string());
+    }
+    let (screen, usual) = (&document.screen, Screen::default());
+    if *screen != usual {
+        option("--peak-luminance", screen.peak_cd_m2.to_string());
+        option("--black-luminance", screen.black_cd_m2.to_string());
+        option("--ambient", screen.ambient_lux.to_string());
+    }
 }
 
 /// [`command_line`] with a line of comment that says what it leaves out, if it does.

@@ -243,11 +243,18 @@ impl Bench {
     }
 
     fn recompute(&self, measured: &Measured, after: &str) {
-        let Pairing { picture, truth, display } = &measured.of;
+        let Pairing { picture, truth, display, viewing } = &measured.of;
         let (a, b) = (self.picture(picture), self.picture(truth));
-        let options = CompareOptions { display: *display, ..Default::default() };
+        let options = CompareOptions { display: *display, viewing: *viewing, ..Default::default() };
         let m = metrics::compare(&a, &b, &options).expect("they can be compared");
-        let wanted = Figures { identical: m.identical, psnr_db: m.psnr_db, ssim: m.ssim, flip: m.flip };
+        let wanted = Figures {
+            identical: m.identical,
+            psnr_db: m.psnr_db,
+            ssim: m.ssim,
+            flip: m.flip,
+            px_per_degree: m.px_per_degree,
+            jod: m.jod,
+        };
         assert_eq!(measured.result, Ok(wanted), "after {after}: {picture:?}");
     }
 

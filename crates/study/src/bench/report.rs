@@ -120,6 +120,7 @@ fn rows(cell: &CellResult) -> impl Iterator<Item = Vec<String>> {
             number(m.worst_block_psnr_db, 2),
             number(m.ssim, 4),
             number(m.flip, 4),
+            number(m.jod, 2),
             number(v.reads_per_px, 2),
             format!("{:.1}", v.work.peak_texture_bytes as f64 / f64::from(1 << 20)),
         ]
@@ -156,7 +157,12 @@ fn sections(results: &BenchResults) -> Vec<Section> {
         Section {
             title: "Time against error",
             about: "Points of one method are joined. Up and left is better; the dashed line is the front that no other variant passes.",
-            plots: results.cells.iter().filter(|c| is_typical(results, c)).filter_map(error_plot).collect(),
+            plots: error_plots(results, PSNR, VariantResult::defocused_db),
+        },
+        Section {
+            title: "Time against visibility",
+            about: "Quality in JOD as ColorVideoVDP predicts it before a monitor of 200 cd/m² that shows the picture at the lens's pixels per degree: 10 is no visible difference, below 9 more than 75 % of observers see it. The dashed line is the front that no other variant passes.",
+            plots: error_plots(results, JOD, |v| v.metrics.jod),
         },
         Section {
             title: "Time against mean CoC",
@@ -205,16 +211,33 @@ fn by_x(series: &mut [Series]) {
     }
 }
 
-fn error_plot(cell: &CellResult) -> Option<TitledPlot> {
+const PSNR: (Axis<'_>, &str) = (Axis { title: "PSNR over defocused pixels, dB", logarithmic: false }, "dB");
+
+const JOD: (Axis<'_>, &str) = (Axis { title: "quality, JOD", logarithmic: false }, "JOD");
+
+/// Time against a measure of the error, a plot for each cell at the typical blur.
+fn error_plots(
+    results: &BenchResults,
+    (axis, unit): (Axis<'_>, &str),
+    measure: fn(&VariantResult) -> Option<f64>,
+) -> Vec<TitledPlot> {
+    let typical = results.cells.iter().filter(|c| is_typical(results, c));
+    typical.filter_map(|cell| error_plot(cell, (axis, unit), measure)).collect()
+}
+
+fn error_plot(
+    cell: &CellResult,
+    (y_axis, unit): (Axis<'_>, &str),
+    measure: fn(&VariantResult) -> Option<f64>,
+) -> Option<TitledPlot> {
     let mut series = Vec::new();
     for variant in &cell.variants {
-        let Some((x, y)) = variant.ratio().filter(|r| *r > 0.0).zip(variant.defocused_db()) else { continue };
-        let label = format!("{}: {y:.2} dB, {x:.2} copies", variant.label);
+        let Some((x, y)) = variant.ratio().filter(|r| *r > 0.0).zip(measure(variant)) else { continue };
+        let label = format!("{}: {y:.2} {unit}, {x:.2} copies", variant.label);
         add(&mut series, &variant.method, Point { x, y, interval: None, label });
     }
     by_x(&mut series);
-    let y = Axis { title: "PSNR over defocused pixels, dB", logarithmic: false };
-    let svg = Plot { x: COPIES, y, series: some(series)?, front: true }.svg();
+    let svg = Plot { x: COPIES, y: y_axis, series: some(series)?, front: true }.svg();
     Some(TitledPlot { title: cell.cell.label(), svg })
 }
 

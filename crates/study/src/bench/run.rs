@@ -18,6 +18,7 @@ use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::scene::Scene;
 use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use defocus::viewing::{Screen, Viewing};
 use glam::UVec2;
 use std::collections::HashMap;
 use std::ops::ControlFlow;
@@ -137,11 +138,13 @@ impl BenchRun<'_> {
         let variants = Variants::of(self.plan, cell, &stage.view)?;
         let truth = self.truth(source, &mut stage, cell.blur, cache_problem, progress).map_err(failed)?;
         let rounds = Rounds { warmup: self.plan.warmup, runs: self.plan.runs, redraw: self.plan.redraw };
+        let viewing = Viewing::of(&stage.lens, Screen::default());
         let request = CompareRequest {
             lens: &stage.lens,
             methods: &variants.methods,
             truth: truth.as_ref(),
             display: Display::default(),
+            viewing,
             rounds,
         };
         let comparison = compare(gpu, &mut stage.view, &request, progress).map_err(failed)?;
@@ -154,8 +157,8 @@ impl BenchRun<'_> {
             }
             let is_first = !results.iter().any(|r: &VariantResult| r.method == found.method);
             if self.plan.error_maps && is_first {
-                let images = report::method_images(result, truth.as_ref(), Display::default()).map_err(failed)?;
-                let map = images.flip.map(|map| self.store.add_map(cell.index, &found.method, &map));
+                let image = report::flip_image(result, truth.as_ref(), Display::default(), &viewing).map_err(failed)?;
+                let map = image.map(|map| self.store.add_map(cell.index, &found.method, &map));
                 found.flip_map = map.transpose()?;
             }
             results.push(found);

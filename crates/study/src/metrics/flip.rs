@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::f64::consts::PI;
 
 /// The paper's viewer: 0.7 m before a display of 3840 px on 0.7 m, 3840 pi / 180 px per degree.
-pub const DEFAULT_PIXELS_PER_DEGREE: f32 = 67.020_64;
+pub const DEFAULT_PIXELS_PER_DEGREE: f32 = defocus::viewing::FLIP_PX_PER_DEGREE as f32;
 
 /// Exponent of the colour difference.
 const QC: f32 = 0.7;

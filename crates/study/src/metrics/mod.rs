@@ -2,20 +2,26 @@
 //!
 //! Images are linear HDR. PSNR, SSIM and FLIP judge what a display shows of them
 //! ([`Display`]: exposure, tone map, clamped to [0, 1], not quantised); relative MSE
-//! and HDR-FLIP judge the linear values. A value that does not exist is `None`, never 0
+//! and HDR-FLIP judge the linear values. JOD judges what an eye sees of it on a display of
+//! known size and luminance ([`Viewing`]), and [`Visibility`] says that in words. A value that does not exist is `None`, never 0
 //! or infinity.
 
 mod flip;
 mod hdr_flip;
+mod jod;
 mod psnr;
 mod ssim;
+mod visibility;
 
 pub use flip::{DEFAULT_PIXELS_PER_DEGREE, flip_map};
 pub use hdr_flip::hdr_flip_map;
+pub use jod::{JodMap, PERFECT_JOD, jod, jod_map};
 pub use psnr::BLOCK_SIDE_PX;
+pub use visibility::{Visibility, share_who_see};
 
 use defocus::display::Display;
 use defocus::image::{ColorImage, Image};
+use defocus::viewing::{PX_PER_DEGREE, ScreenError, Viewing};
 use glam::{UVec2, Vec3};
 use rayon::prelude::*;
 
@@ -33,9 +39,10 @@ pub struct CompareOptions<'a> {
     pub display: Display,
     /// Pixels that count for [`Metrics::psnr_defocused_db`]; see [`defocused_mask`].
     pub defocused: Option<&'a Image<bool>>,
-    /// Angular resolution at which FLIP looks at the images, px per degree, in
-    /// [`PIXELS_PER_DEGREE`].
-    pub pixels_per_degree: f32,
+    /// Under what angle and in what light both are looked at: that of FLIP and of JOD.
+    pub viewing: Viewing,
+    /// Whether to compute the JOD, which takes about as long as all other metrics together.
+    pub jod: bool,
     /// Whether to compute HDR-FLIP, which costs as much as FLIP for every stop of the
     /// reference's exposure range.
     pub hdr_flip: bool,
@@ -43,18 +50,9 @@ pub struct CompareOptions<'a> {
 
 impl Default for CompareOptions<'_> {
     fn default() -> Self {
-        Self {
-            display: Display::default(),
-            defocused: None,
-            pixels_per_degree: DEFAULT_PIXELS_PER_DEGREE,
-            hdr_flip: false,
-        }
+        Self { display: Display::default(), defocused: None, viewing: Viewing::default(), jod: true, hdr_flip: false }
     }
 }
-
-/// Angular resolutions that FLIP is computed for, px per degree. The paper's filters
-/// grow with it: at the upper end they are 137 px wide.
-pub const PIXELS_PER_DEGREE: std::ops::RangeInclusive<f32> = 1.0..=500.0;
 
 /// The differences between two images.
 #[derive(Clone, Debug, PartialEq, serde::Serialize)]
@@ -71,6 +69,11 @@ pub struct Metrics {
     pub ssim: Option<f64>,
     /// Mean of the FLIP map, in [0, 1], 0 for equal images.
     pub flip: f64,
+    /// Pixels per degree at which FLIP and JOD looked at the images.
+    pub px_per_degree: f64,
+    /// Quality by ColorVideoVDP, JOD, 10 for equal images; `None` where it was not asked for
+    /// and for an image smaller than 4 px.
+    pub jod: Option<f64>,
     /// Mean of the HDR-FLIP map, if asked for; `None` also for a black reference, which
     /// has no exposure range.
     pub hdr_flip: Option<f64>,
@@ -120,17 +123,23 @@ pub enum MetricsError {
         first: UVec2,
     },
     /// An angular resolution that FLIP's filters are not built for.
-    #[error("{0} pixels per degree: FLIP is computed for 1 to 500")]
+    #[error("{0} pixels per degree: FLIP and JOD are computed for 1 to 500; give another with --ppd")]
     PixelsPerDegree(f32),
+    /// A display that cannot be.
+    #[error(transparent)]
+    Screen(#[from] ScreenError),
+    /// ColorVideoVDP has no answer.
+    #[error("ColorVideoVDP: {0}; choose other luminances of the display")]
+    Jod(String),
 }
 
 /// Compares `test` with `reference`, both linear HDR.
 ///
 /// Errors if the sizes differ or are 0, if a pixel is not finite, or if the angular
-/// resolution lies outside [`PIXELS_PER_DEGREE`].
+/// resolution lies outside [`PX_PER_DEGREE`].
 pub fn compare(test: &ColorImage, reference: &ColorImage, options: &CompareOptions) -> Result<Metrics, MetricsError> {
     check_pair("test image", test, reference)?;
-    check_pixels_per_degree(options.pixels_per_degree)?;
+    check_pixels_per_degree(options.viewing.px_per_degree as f32)?;
     if let Some(mask) = options.defocused.filter(|mask| mask.size != reference.size) {
         return Err(MetricsError::SizesDiffer { what: "mask", size: mask.size, reference: reference.size });
     }
@@ -138,14 +147,18 @@ pub fn compare(test: &ColorImage, reference: &ColorImage, options: &CompareOptio
     let (shown, shown_reference) = (display.encoded_image(test), display.encoded_image(reference));
     let errors = psnr::squared_errors(&shown, &shown_reference);
     let worst = psnr::worst_block(&errors);
-    let flip = flip_map(test, reference, display, options.pixels_per_degree)?;
-    let hdr_flip = if options.hdr_flip { hdr_flip_map(test, reference, options.pixels_per_degree)? } else { None };
+    let pixels_per_degree = options.viewing.px_per_degree as f32;
+    let flip = flip_map(test, reference, display, pixels_per_degree)?;
+    let hdr_flip = if options.hdr_flip { hdr_flip_map(test, reference, pixels_per_degree)? } else { None };
+    let jod = if options.jod { jod(test, reference, display, &options.viewing)? } else { None };
     Ok(Metrics {
         identical: test.pixels == reference.pixels,
         psnr_db: psnr::psnr_db(errors.pixels.iter().copied()),
         psnr_defocused_db: options.defocused.and_then(|mask| psnr::masked_psnr_db(&errors, mask)),
         ssim: ssim::mean_ssim(&shown, &shown_reference),
         flip: mean(&flip),
+        px_per_degree: options.viewing.px_per_degree,
+        jod,
         hdr_flip: hdr_flip.map(|map| mean(&map)),
         rel_mse: rel_mse(test, reference)?,
         worst_block_psnr_db: worst.map(|(_, psnr_db)| psnr_db),
@@ -231,7 +244,7 @@ fn check_finite(what: &'static str, image: &ColorImage) -> Result<(), MetricsErr
 }
 
 fn check_pixels_per_degree(pixels_per_degree: f32) -> Result<(), MetricsError> {
-    if PIXELS_PER_DEGREE.contains(&pixels_per_degree) {
+    if PX_PER_DEGREE.contains(&f64::from(pixels_per_degree)) {
         return Ok(());
     }
     Err(MetricsError::PixelsPerDegree(pixels_per_degree))

@@ -98,6 +98,7 @@ pub fn random_lens(random: &mut Random) -> Lens {
         density_px_per_mm: random.log_between(0.01, 100.0),
         focus_distance_m: focal_length_mm * 1e-3 * (1.0 + random.log_between(1e-4, 1e6)),
         aperture,
+        eye: Default::default(),
     };
     Lens { aperture_diameter_mm: random.log_between(1e-3, 1e4) / lens.k_px(), ..lens }
 }

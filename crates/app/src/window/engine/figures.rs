@@ -7,7 +7,8 @@ use crate::window::document::PaneId;
 use defocus::display::Display;
 use defocus::gpu::{Gpu, Texture, download, upload_scalar};
 use defocus::image::{ColorImage, Image};
-use defocus_study::metrics::{self, CompareOptions, DEFAULT_PIXELS_PER_DEGREE};
+use defocus::viewing::Viewing;
+use defocus_study::metrics::{self, CompareOptions};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -22,6 +23,10 @@ pub struct Figures {
     pub ssim: Option<f64>,
     /// Mean FLIP.
     pub flip: f64,
+    /// Pixels per degree at which FLIP and JOD looked.
+    pub px_per_degree: f64,
+    /// Quality as seen on the display, JOD.
+    pub jod: Option<f64>,
 }
 
 /// Figures with the pictures that they are about; an error says why there are none.
@@ -46,9 +51,10 @@ pub enum Verdict<'a> {
     Outdated(&'a Measured, Vec<String>),
 }
 
-/// A FLIP map, `None` where there can be none, with the pictures that it is about.
-struct FlipMap {
+/// A map of differences, `None` where there can be none, with the pictures that it is about.
+struct ErrorMap {
     of: Pairing,
+    kind: MapKind,
     /// Changes with every map.
     revision: u64,
     map: Option<Texture>,
@@ -58,7 +64,7 @@ struct FlipMap {
 #[derive(Default)]
 pub(super) struct Judged {
     figures: Option<Measured>,
-    map: Option<FlipMap>,
+    map: Option<ErrorMap>,
 }
 
 impl Judged {
@@ -67,9 +73,9 @@ impl Judged {
         self.figures.as_ref()
     }
 
-    /// The FLIP map of these pictures, with its number.
-    pub fn map_of(&self, now: &Pairing) -> Option<(&Texture, u64)> {
-        let known = self.map.as_ref().filter(|known| known.of == *now)?;
+    /// The map of these pictures, with its number.
+    pub fn map_of(&self, now: &Pairing, kind: MapKind) -> Option<(&Texture, u64)> {
+        let known = self.map.as_ref().filter(|known| known.of == *now && known.kind == kind)?;
         Some((known.map.as_ref()?, known.revision))
     }
 
@@ -84,7 +90,7 @@ impl Judged {
             Purpose::Figures => self.figures.as_ref().is_some_and(|known| {
                 known.of.is_of(pair) && known.of.truth.samples.unwrap_or(0) >= pair.truth.samples.unwrap_or(0)
             }),
-            Purpose::FlipMap => self.map.as_ref().is_some_and(|known| known.of == *pair),
+            Purpose::Map(kind) => self.map.as_ref().is_some_and(|known| known.of == *pair && known.kind == kind),
         }
     }
 }
@@ -93,12 +99,19 @@ impl Judged {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Purpose {
     Figures,
-    FlipMap,
+    Map(MapKind),
+}
+
+/// Maps of differences that are computed beside the interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum MapKind {
+    Flip,
+    Jod,
 }
 
 enum Answer {
     Figures(Result<Figures, String>),
-    FlipMap(Option<Image<f32>>),
+    Map(MapKind, Option<Image<f32>>),
 }
 
 struct Job {
@@ -127,10 +140,10 @@ impl Judge {
         wake: &Wake,
         (pane, judged): (PaneId, &Judged),
         (picture, truth): (&Milestone, &Milestone),
-        display: Display,
+        (display, viewing): (Display, Viewing),
         purpose: Purpose,
     ) -> bool {
-        let pair = Pairing { picture: picture.identity.clone(), truth: truth.identity.clone(), display };
+        let pair = Pairing { picture: picture.identity.clone(), truth: truth.identity.clone(), display, viewing };
         if judged.has(&pair, purpose) || picture.texture.size() != truth.texture.size() {
             return false;
         }
@@ -139,7 +152,7 @@ impl Judge {
             let (gpu, wake, picture, truth) = (gpu.clone(), wake.clone(), picture.clone(), truth.clone());
             std::thread::spawn(move || {
                 // Nobody listens any more where the window was closed meanwhile.
-                let _ = sender.send(compare(&gpu, &picture, &truth, display, purpose));
+                let _ = sender.send(compare(&gpu, &picture, &truth, (display, viewing), purpose));
                 // Also where it panicked nobody would wait for ever: the channel is closed.
                 drop(sender);
                 wake.call();
@@ -163,9 +176,9 @@ impl Judge {
         let Some(judged) = find(pane) else { return true };
         match answer {
             Some(Answer::Figures(result)) => judged.figures = Some(Measured { of: pair, result }),
-            Some(Answer::FlipMap(map)) => {
-                let map = map.map(|map| upload_scalar(gpu, "FLIP", &map));
-                judged.map = Some(FlipMap { of: pair, revision: self.answered, map });
+            Some(Answer::Map(kind, map)) => {
+                let map = map.map(|map| upload_scalar(gpu, "difference", &map));
+                judged.map = Some(ErrorMap { of: pair, kind, revision: self.answered, map });
             }
             None => {
                 let result = Err("the comparison stopped unexpectedly; change something to try again".into());
@@ -176,22 +189,36 @@ impl Judge {
     }
 }
 
-fn compare(gpu: &Gpu, picture: &Milestone, truth: &Milestone, display: Display, purpose: Purpose) -> Answer {
+fn compare(
+    gpu: &Gpu,
+    picture: &Milestone,
+    truth: &Milestone,
+    (display, viewing): (Display, Viewing),
+    purpose: Purpose,
+) -> Answer {
     let on_cpu = |milestone: &Milestone| -> Arc<ColorImage> {
         milestone.color.clone().unwrap_or_else(|| Arc::new(download(gpu, &milestone.texture)))
     };
     let (a, b) = (on_cpu(picture), on_cpu(truth));
     match purpose {
         Purpose::Figures => {
-            let options = CompareOptions { display, ..Default::default() };
+            let options = CompareOptions { display, viewing, ..Default::default() };
             let figures = metrics::compare(&a, &b, &options).map(|m| Figures {
                 identical: m.identical,
                 psnr_db: m.psnr_db,
                 ssim: m.ssim,
                 flip: m.flip,
+                px_per_degree: m.px_per_degree,
+                jod: m.jod,
             });
             Answer::Figures(figures.map_err(|e| e.to_string()))
         }
-        Purpose::FlipMap => Answer::FlipMap(metrics::flip_map(&a, &b, display, DEFAULT_PIXELS_PER_DEGREE).ok()),
+        Purpose::Map(kind @ MapKind::Flip) => {
+            Answer::Map(kind, metrics::flip_map(&a, &b, display, viewing.px_per_degree as f32).ok())
+        }
+        Purpose::Map(kind @ MapKind::Jod) => {
+            let found = metrics::jod_map(&a, &b, display, &viewing).ok().flatten();
+            Answer::Map(kind, found.map(|found| found.map))
+        }
     }
 }

@@ -5,6 +5,7 @@ use super::request::Exposure;
 use crate::window::document::MethodChoice;
 use crate::window::numbers::significant;
 use defocus::display::Display;
+use defocus::viewing::Viewing;
 
 /// All that a linear picture depends on: two of one identity are equal pixel for pixel on
 /// one adapter.
@@ -29,6 +30,8 @@ pub struct Pairing {
     pub truth: Identity,
     /// How both were shown.
     pub display: Display,
+    /// Under what angle and in what light.
+    pub viewing: Viewing,
 }
 
 impl Identity {
@@ -80,7 +83,10 @@ impl Identity {
 impl Pairing {
     /// Whether figures of this pair hold for `now`, the lens points of the truth aside.
     pub(super) fn is_of(&self, now: &Self) -> bool {
-        self.picture == now.picture && self.truth.is_of(&now.truth) && self.display == now.display
+        self.picture == now.picture
+            && self.truth.is_of(&now.truth)
+            && self.display == now.display
+            && self.viewing == now.viewing
     }
 
     /// In what it differs from `now`, in words; empty where [`Pairing::is_of`] holds.
@@ -91,6 +97,9 @@ impl Pairing {
         }
         if self.display != now.display {
             departures.push("another exposure or tone map".into());
+        }
+        if departures.is_empty() && self.viewing != now.viewing {
+            departures.push(format!("{} px per degree or another display", significant(self.viewing.px_per_degree)));
         }
         if departures.is_empty() && !self.is_of(now) {
             departures.push("a reference of another view".into());
@@ -112,7 +121,12 @@ mod tests {
 
     #[test]
     fn every_departure_is_said_and_equals_have_none() {
-        let now = Pairing { picture: identity(), truth: identity(), display: Display::default() };
+        let now = Pairing {
+            picture: identity(),
+            truth: identity(),
+            display: Display::default(),
+            viewing: Viewing::default(),
+        };
         assert_eq!(now.departures(&now), Vec::<String>::new());
         let lens =
             |focus_distance_m, aperture_diameter_mm| Lens { focus_distance_m, aperture_diameter_mm, ..Lens::PINHOLE };
@@ -129,6 +143,8 @@ mod tests {
         assert_eq!(with(&|p| p.truth.exposure.size.x = 32), "a reference of another view");
         assert_eq!(with(&|p| p.truth.method.id = "pinhole".into()), "another reference");
         assert_eq!(with(&|p| p.display.exposure_ev = 1.0), "another exposure or tone map");
+        assert!(with(&|p| p.viewing.px_per_degree = 25.0).starts_with("25 px per degree"));
+        assert!(with(&|p| p.viewing.screen.peak_cd_m2 = 100.0).ends_with("another display"));
         let mut more = now.clone();
         more.truth.samples = Some(8);
         assert!(more.is_of(&now), "lens points are told beside the figures");

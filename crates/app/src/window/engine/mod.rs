@@ -283,7 +283,8 @@ impl Engine {
         };
         let samples = |id: PaneId| self.panes.get(&id)?.identity.as_ref()?.samples;
         let (picture, truth) = (identity(id, samples(id))?, identity(truth, samples(truth))?);
-        Some(Pairing { picture, truth, display: asked.development.display })
+        let Development { display, viewing, .. } = asked.development;
+        Some(Pairing { picture, truth, display, viewing })
     }
 
     /// Which pane shows the truth, or converges to it unseen.
@@ -621,7 +622,7 @@ impl Engine {
     fn judge(&mut self, request: &Request) {
         let panes = &mut self.panes;
         self.unjudged = false;
-        let display = request.development.display;
+        let Development { display, viewing, .. } = request.development;
         let truth = request.reference.and_then(|id| Some((id, panes.get(&id)?.milestone.clone()?)));
         let rested = self.waiting.is_empty() && self.changed_at.elapsed() >= self.tempo.rest;
         for id in &request.visible {
@@ -629,8 +630,10 @@ impl Engine {
                 continue;
             };
             let truth = truth.as_ref().filter(|(truth, _)| truth != id).map(|(_, milestone)| milestone);
-            let against = pane.wants_flip_against().and_then(|other| panes.get(&other)?.milestone.as_ref());
-            for (other, purpose) in [(against, Purpose::FlipMap), (truth, Purpose::Figures)] {
+            let (against, kind) = pane.wants_map_against().unzip();
+            let against = against.and_then(|other| panes.get(&other)?.milestone.as_ref());
+            let map = kind.map(|kind| (against, Purpose::Map(kind)));
+            for (other, purpose) in map.into_iter().chain([(truth, Purpose::Figures)]) {
                 let (Some(other), Some(own)) = (other, &pane.milestone) else { continue };
                 if other.identity.exposure != own.identity.exposure {
                     continue;
@@ -638,7 +641,7 @@ impl Engine {
                 self.unjudged |= match rested {
                     true => {
                         let pane = (*id, &pane.judged);
-                        self.judge.judge(&self.gpu, &self.wake, pane, (own, other), display, purpose)
+                        self.judge.judge(&self.gpu, &self.wake, pane, (own, other), (display, viewing), purpose)
                     }
                     false => true,
                 };
@@ -646,7 +649,7 @@ impl Engine {
         }
         // Without a truth there is nothing that old figures could be about.
         for id in request.visible.iter().filter(|_| request.reference.is_none()) {
-            if let Some(pane) = panes.get_mut(id).filter(|p| p.wants_flip_against().is_none()) {
+            if let Some(pane) = panes.get_mut(id).filter(|p| p.wants_map_against().is_none()) {
                 pane.judged.forget();
             }
         }

@@ -2,6 +2,7 @@
 
 use super::beside::Errand;
 use super::figures::Judged;
+use super::figures::MapKind;
 use super::identity::{Identity, Pairing};
 use super::inside::{Reading, channel_of};
 use super::milestone::Milestone;
@@ -350,11 +351,12 @@ impl Pane {
         }
     }
 
-    /// The FLIP map of what is shown, with its number.
+    /// The map of differences of what is shown, with its number.
     fn map(&self, request: &Request, other: Option<&Milestone>) -> Option<(&Texture, u64)> {
-        self.wants_flip_against()?;
+        let (_, kind) = self.wants_map_against()?;
         let (picture, truth) = (self.milestone.as_ref()?.identity.clone(), other?.identity.clone());
-        self.judged.map_of(&Pairing { picture, truth, display: request.development.display })
+        let Development { display, viewing, .. } = request.development;
+        self.judged.map_of(&Pairing { picture, truth, display, viewing }, kind)
     }
 
     /// Whether what is seen is out of date.
@@ -379,7 +381,7 @@ impl Pane {
         frame.set_prefix("present/");
         // Lengths in pixels shrink with the picture.
         let development = request.development.coarser(self.divisor);
-        let Development { display, channel, acceptable_coc_px, coc_scale_px } = development;
+        let Development { display, channel, acceptable_coc_px, coc_scale_px, viewing: _ } = development;
         // The lens of the picture, not the one asked for meanwhile: they belong together.
         let lens = self.made_for.as_ref().map_or(&request.exposure.lens, |e| &e.lens).clone();
         let mut overlay = |overlay| {
@@ -403,7 +405,7 @@ impl Pane {
                     .map(|other| present::difference(frame, &linear, &other.texture, &display, of, difference.gain())),
                 None => self.map(request, other).map(|(map, _)| {
                     let slice = Slice { texture: map, level: 0, layer: 0 };
-                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, 1.0 / difference.gain()] }.alone(frame)
+                    Numbers { slice, channel: 0, map: Map::Error, ends: [0.0, difference.map_end()] }.alone(frame)
                 }),
             },
             Show::Inside(inside) => self.present_inside(frame, &inside, &display),
@@ -450,17 +452,17 @@ impl Pane {
 
     /// The picture that another pane's difference of that kind is taken from.
     pub(super) fn to_compare(&self, kind: DifferenceKind) -> Option<Milestone> {
-        if kind == DifferenceKind::Flip {
+        if map_kind(kind).is_some() {
             return self.milestone.clone();
         }
         let (texture, identity) = (self.linear.clone()?, self.identity.clone()?);
         Some(Milestone { texture, color: None, identity, revision: self.revision })
     }
 
-    /// The pane that a FLIP map is wanted against.
-    pub(super) fn wants_flip_against(&self) -> Option<PaneId> {
+    /// The pane that a map of differences is wanted against, and which map.
+    pub(super) fn wants_map_against(&self) -> Option<(PaneId, MapKind)> {
         match self.state.show {
-            Show::Difference(difference) if difference.kind == DifferenceKind::Flip => Some(difference.against),
+            Show::Difference(difference) => Some((difference.against, map_kind(difference.kind)?)),
             _ => None,
         }
     }
@@ -476,6 +478,15 @@ fn of_kind(kind: DifferenceKind) -> Option<DifferenceOf> {
         DifferenceKind::Absolute => Some(DifferenceOf::Display),
         DifferenceKind::Signed => Some(DifferenceOf::Signed),
         DifferenceKind::Relative => Some(DifferenceOf::Relative),
-        DifferenceKind::Flip => None,
+        DifferenceKind::Flip | DifferenceKind::Jod => None,
+    }
+}
+
+/// The map that shows a difference which is not computed on the GPU.
+fn map_kind(kind: DifferenceKind) -> Option<MapKind> {
+    match kind {
+        DifferenceKind::Flip => Some(MapKind::Flip),
+        DifferenceKind::Jod => Some(MapKind::Jod),
+        DifferenceKind::Absolute | DifferenceKind::Signed | DifferenceKind::Relative => None,
     }
 }

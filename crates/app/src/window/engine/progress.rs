@@ -2,7 +2,7 @@
 
 use defocus::gpu::Frame;
 use defocus::lens::Lens;
-use defocus::methods::{Converging, IN_FOCUS_COC_PX, Method};
+use defocus::methods::{self, Converging, Method};
 use defocus::view::View;
 
 /// A run with its goal.
@@ -18,9 +18,9 @@ pub(super) fn progressive(
     view: &mut View,
     lens: &Lens,
 ) -> Option<Progressive> {
-    let (run, samples) = method.converging()?;
-    let [low, high] = view.coc_bounds_px(frame, lens);
-    (low.abs().max(high.abs()) >= IN_FOCUS_COC_PX).then_some(Progressive { run, samples })
+    let (run, samples) = methods::converging(method, lens)?;
+    let lenses = lens.primaries().map_or_else(|| vec![lens.clone()], Vec::from);
+    lenses.iter().any(|lens| methods::is_blurred(frame, view, lens)).then_some(Progressive { run, samples })
 }
 
 /// Whether a power of two lies between the lens points shown last and `count`.

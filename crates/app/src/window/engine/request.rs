@@ -5,6 +5,7 @@ use defocus::camera::Camera;
 use defocus::combine::Channel;
 use defocus::display::Display;
 use defocus::lens::Lens;
+use defocus::viewing::Viewing;
 use glam::UVec2;
 
 /// Everything that a picture depends on, the method aside.
@@ -43,6 +44,8 @@ impl Exposure {
 pub struct Development {
     /// Exposure and tone map.
     pub display: Display,
+    /// Under what angle and in what light differences are judged.
+    pub viewing: Viewing,
     /// Which channels of pictures are shown.
     pub channel: Channel,
     /// |c| up to which a point counts as sharp, px at this size.
@@ -102,6 +105,7 @@ impl Request {
             },
             development: Development {
                 display: document.display,
+                viewing: document.viewing(),
                 channel: document.channel,
                 acceptable_coc_px: document.acceptable_coc_px,
                 coc_scale_px: document.coc_scale_px,

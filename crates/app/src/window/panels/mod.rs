@@ -4,6 +4,7 @@
 //! without a GPU.
 
 mod aperture;
+mod eye;
 mod fields;
 mod focus;
 mod inspector;
@@ -13,10 +14,11 @@ mod presets;
 mod vr;
 
 pub use aperture::{ApertureChange, aperture_panel};
+pub use eye::{EyeSettings, eye_panel};
 pub use fields::{Field, distance_text};
 pub use focus::{FocusMode, FocusSettings, Focusing, Follow, focus_panel};
 pub use inspector::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
 pub use lens::{DistanceUnit, LensChanges, LensPanel, LensReadings};
 pub use plot::{PlotReadings, coc_plot};
-pub use presets::PresetList;
+pub use presets::{PresetList, same_but_focus};
 pub use vr::{VrReadings, refresh_text, vr_panel};

@@ -2,8 +2,9 @@
 
 use super::fields::distance_text;
 use crate::window::numbers::significant;
+use defocus::eye::{BLUR_DETECTION_D, ComfortZone};
 use defocus::histogram::Histogram;
-use defocus::lens::{CocOfDepth, Lens};
+use defocus::lens::{CocOfDepth, Lens, MM_PER_M};
 use defocus::present::Map;
 use eframe::egui::{
     Align2, Color32, CursorIcon, FontId, Painter, Pos2, Rect, Sense, Stroke, Ui, WidgetInfo, pos2, vec2,
@@ -117,9 +118,10 @@ pub fn coc_plot(ui: &mut Ui, lens: &Lens, readings: PlotReadings<'_>) -> Option<
     if let Some(depth_m) = hovered {
         let c = lens.coc_diameter_px(depth_m);
         response.on_hover_text_at_pointer(format!(
-            "{}: CoC {} px\nClick or drag to focus there.",
+            "{}: CoC {} px, {} D\nClick or drag to focus there. Blur is seen from the band on; the bar at the top is the zone of comfort before the screen.",
             distance_text(depth_m),
-            significant(c)
+            significant(c),
+            significant(lens.focus_d() - 1.0 / depth_m)
         ));
     }
     asked
@@ -131,6 +133,8 @@ fn paint(ui: &Ui, rect: Rect, scale: &Scale, lens: &Lens, readings: PlotReadings
     let background = Rect::from_min_max(rect.min, pos2(rect.right(), scale.area.bottom()));
     painter.rect_filled(background, 3.0, visuals.extreme_bg_color);
     sharp_zone(&painter, scale, lens, readings.acceptable_px, visuals.selection.bg_fill.gamma_multiply(0.35));
+    blur_band(&painter, scale, lens, visuals.warn_fg_color.gamma_multiply(0.25));
+    comfort_bar(&painter, scale, lens, visuals.hyperlink_color.gamma_multiply(0.6));
     if let Some(depths_m) = readings.depths_m {
         histogram(&painter, scale, depths_m, visuals.weak_text_color().gamma_multiply(0.8));
     }
@@ -153,6 +157,23 @@ fn sharp_zone(painter: &Painter, scale: &Scale, lens: &Lens, acceptable_px: f64,
     let right = if far_m.is_infinite() { scale.area.right() } else { scale.x(far_m) };
     let zone = Rect::from_min_max(pos2(scale.x(near_m), scale.area.top()), pos2(right, scale.area.bottom()));
     painter.rect_filled(zone, 0.0, color);
+}
+
+/// Where blur begins to be seen: the CoC of the least to the greatest threshold of detection.
+fn blur_band(painter: &Painter, scale: &Scale, lens: &Lens, color: Color32) {
+    let px_per_d = lens.px_per_dioptre();
+    let [top, bottom] = [BLUR_DETECTION_D.end(), BLUR_DETECTION_D.start()].map(|d| scale.y(d * px_per_d));
+    let (left, right) = (scale.area.left(), scale.area.right());
+    painter.rect_filled(Rect::from_min_max(pos2(left, top), pos2(right, bottom)), 0.0, color);
+}
+
+/// Distances at which it is comfortable to look before a screen at ds, as a bar at the top.
+fn comfort_bar(painter: &Painter, scale: &Scale, lens: &Lens, color: Color32) {
+    let [near_m, far_m] = ComfortZone::default().distances_m(lens.screen_distance_mm / MM_PER_M);
+    let within = |m: f64| scale.x(m.clamp(scale.low_m, scale.high_m));
+    let right = if far_m.is_infinite() { scale.area.right() } else { within(far_m) };
+    let bar = Rect::from_min_max(pos2(within(near_m), scale.area.top()), pos2(right, scale.area.top() + 3.0));
+    painter.rect_filled(bar, 1.0, color);
 }
 
 fn histogram(painter: &Painter, scale: &Scale, depths_m: &[f32], color: Color32) {

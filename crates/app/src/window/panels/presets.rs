@@ -43,7 +43,7 @@ impl PresetList {
         // The built-in ones say nothing about the aperture's shape.
         let shaped = |i: usize, p: &LensPreset| {
             let aperture = if i < built_in { lens.aperture.clone() } else { p.lens.aperture.clone() };
-            Lens { aperture, ..p.lens.clone() }
+            Lens { aperture, eye: lens.eye, ..p.lens.clone() }
         };
         let matching = known.iter().enumerate().position(|(i, p)| same_but_focus(&shaped(i, p), lens));
         let mut names = vec![AUTOMATIC];
@@ -93,7 +93,7 @@ impl PresetList {
             if save.on_hover_text("Adds this lens to the list.").on_disabled_hover_text(why).clicked() {
                 own.retain(|p| p.name != name);
                 let (title, source) = ("Saved in the window".into(), "Saved in the window.".into());
-                own.push(LensPreset { name, title, source, lens: lens.clone(), headset: None });
+                own.push(LensPreset { name, title, source, lens: lens.clone(), headset: None, screen: None });
                 self.new_name.clear();
                 ui.close();
             }

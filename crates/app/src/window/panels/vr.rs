@@ -74,7 +74,7 @@ fn headset_list(ui: &mut Ui, lens: &Lens) -> Option<Lens> {
     let headsets: Vec<LensPreset> = presets().into_iter().filter(|p| p.headset.is_some()).collect();
     let of_lens = |p: &LensPreset| {
         let focus_distance_m = lens.focus_distance_m;
-        Lens { focus_distance_m, aperture: lens.aperture.clone(), ..p.lens.clone() }
+        Lens { focus_distance_m, aperture: lens.aperture.clone(), eye: lens.eye, ..p.lens.clone() }
     };
     let mut names: Vec<&str> = headsets.iter().map(|p| p.name.as_str()).collect();
     names.push("None of these");
