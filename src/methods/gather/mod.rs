@@ -83,6 +83,14 @@ impl Method for Gather {
         }
     }
 
+    fn texel_px(&self, name: &str) -> Option<u32> {
+        match name {
+            tile_lists::SKIPPED => Some(self.step() * tile_lists::TILE_PX),
+            name if passes::ON_THE_GRID.contains(&name) => Some(self.step()),
+            _ => None,
+        }
+    }
+
     fn boxed(&self) -> Box<dyn Method> {
         Box::new(self.clone())
     }

@@ -16,6 +16,14 @@ const COMBINE: Shader = shader!("methods/gather_combine");
 /// Names of what is exposed.
 pub(super) const EXPLAINED: &str = "layers of each pixel";
 
+const IMAGE: &str = "gathered image";
+const FRONT: &str = "in front";
+const BASE: &str = "at and behind";
+const LIGHT: &str = "light of sprites";
+
+/// Those that have the gathered image's texels.
+pub(super) const ON_THE_GRID: [&str; 5] = [IMAGE, FRONT, BASE, LIGHT, EXPLAINED];
+
 /// Classes of tiles: constants in `shaders/lib/gather.wgsl`.
 pub(super) const TILE_CLASSES: [(f32, &str); 3] =
     [(0.0, "in focus: no taps"), (1.0, "one blur: no comparisons"), (2.0, "mixed")];
@@ -129,7 +137,7 @@ pub(super) fn record(method: &Gather, frame: &mut Frame<'_>, view: &mut View, le
     let texels = u64::from(grid.size.element_product());
     let rings = method.rings;
     let gathering = Gathering {
-        image: gpu.texture_of("gathered image", key),
+        image: gpu.texture_of(IMAGE, key),
         tiles: ["tiles", "tiles with what reaches them"].map(|label| gpu.scratch(label, TILE_BYTES * tile_count)),
         sprites: scope.has_sprites.then(|| Sprites {
             list: gpu.scratch("sprites", SPRITE_BYTES * texels),
@@ -188,7 +196,7 @@ impl Gathering {
             pass = pass.buffer("new_sprites", &sprites.list).buffer("sprite_draw", &sprites.draw);
         }
         pass.dispatch(self.grid.size);
-        frame.expose("gathered image", &self.image);
+        frame.expose(IMAGE, &self.image);
     }
 
     fn spread_tiles(&self, frame: &mut Frame<'_>) {
@@ -201,7 +209,7 @@ impl Gathering {
     }
 
     fn gather(&self, frame: &mut Frame<'_>) -> Layers {
-        let layers = self.layers(frame, ["in front", "at and behind"]);
+        let layers = self.layers(frame, [FRONT, BASE]);
         frame
             .pass(&RINGS, "gather")
             .uniform("params", &self.params)
@@ -233,7 +241,7 @@ impl Gathering {
     /// Light of sprites, premultiplied by its share.
     fn draw_sprites(&self, frame: &mut Frame<'_>, layers: &Layers) -> Option<Texture> {
         let sprites = self.sprites.as_ref()?;
-        let light = frame.texture("light of sprites", self.grid.size, sum_format(frame.gpu(), 1));
+        let light = frame.texture(LIGHT, self.grid.size, sum_format(frame.gpu(), 1));
         frame
             .draw(&COMBINE, "vs_sprite", "fs_sprite")
             .strips()
@@ -271,10 +279,10 @@ impl Gathering {
         if !frame.keeps_intermediates() {
             return;
         }
-        frame.expose("in front", &layers.front);
-        frame.expose("at and behind", &layers.base);
+        frame.expose(FRONT, &layers.front);
+        frame.expose(BASE, &layers.base);
         if let Some(light) = light {
-            frame.expose("light of sprites", light);
+            frame.expose(LIGHT, light);
         }
         let classes = frame.texture(SKIPPED, self.grid.tiles(), wgpu::TextureFormat::R32Float);
         frame
