@@ -200,7 +200,7 @@ fn a_frame_is_four_to_six_passes_and_says_what_it_skips() {
     let dim = stats_of(&Gather::default(), &noise(SIZE), &behind);
     assert_eq!(dim.passes, 4, "{dim:?}");
     let skipped: Vec<&str> = dim.skipped.keys().map(String::as_str).collect();
-    assert_eq!(skipped, ["no foreground: no near field", "no highlights: no sprites"]);
+    assert_eq!(skipped, ["no foreground: no near field", "no highlights: no sprites", "view unchanged"]);
     let filtered = Gather { post_filter: 1, ..Gather::default() };
     assert_eq!(stats_of(&filtered, &point(SIZE, 64.0), &behind.map(|c| c - 6.0)).passes, 6);
 }

@@ -200,23 +200,24 @@ fn gather(@builtin(global_invocation_id) id: vec3u, @builtin(workgroup_id) group
 
 const MEDIAN = 1u;
 
-fn order(a: ptr<function, vec4f>, b: ptr<function, vec4f>) {
-    let low = min(*a, *b);
-    *b = max(*a, *b);
-    *a = low;
-}
+/// Pairs to be ordered one after the other, after which the fifth of nine is their median: the
+/// sorting network of Devillard, "Fast median search: an ANSI C implementation" (1998), after Paeth.
+const PAIRS = array<vec2u, 19>(
+    vec2u(1u, 2u), vec2u(4u, 5u), vec2u(7u, 8u), vec2u(0u, 1u), vec2u(3u, 4u), vec2u(6u, 7u),
+    vec2u(1u, 2u), vec2u(4u, 5u), vec2u(7u, 8u), vec2u(0u, 3u), vec2u(5u, 8u), vec2u(4u, 7u),
+    vec2u(3u, 6u), vec2u(1u, 4u), vec2u(2u, 5u), vec2u(4u, 7u), vec2u(4u, 2u), vec2u(6u, 4u),
+    vec2u(4u, 2u),
+);
 
-/// Median of nine, channel by channel: the sorting network of Devillard, "Fast median search: an
-/// ANSI C implementation" (1998), after Paeth.
-fn median_of(p: array<vec4f, 9>) -> vec4f {
-    var v = p;
-    order(&v[1], &v[2]); order(&v[4], &v[5]); order(&v[7], &v[8]);
-    order(&v[0], &v[1]); order(&v[3], &v[4]); order(&v[6], &v[7]);
-    order(&v[1], &v[2]); order(&v[4], &v[5]); order(&v[7], &v[8]);
-    order(&v[0], &v[3]); order(&v[5], &v[8]); order(&v[4], &v[7]);
-    order(&v[3], &v[6]); order(&v[1], &v[4]); order(&v[2], &v[5]);
-    order(&v[4], &v[7]); order(&v[4], &v[2]); order(&v[6], &v[4]);
-    order(&v[4], &v[2]);
+/// Median of nine, channel by channel.
+fn median_of(unordered: array<vec4f, 9>) -> vec4f {
+    var v = unordered;
+    for (var i = 0u; i < 19u; i++) {
+        let pair = PAIRS[i];
+        let low = min(v[pair.x], v[pair.y]);
+        v[pair.y] = max(v[pair.x], v[pair.y]);
+        v[pair.x] = low;
+    }
     return v[4];
 }
 

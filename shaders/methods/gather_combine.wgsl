@@ -112,10 +112,12 @@ fn combined(id: vec2u) -> vec3f {
         let c = textureLoad(image, q, 0).a;
         let nearer = in_front(c, c_own);
         let same = 1.0 - max(nearer, behind(c, c_own));
-        // Of a texel of foreground all that is not behind it is in front of this pixel.
+        // Of a texel of foreground all that is not behind it is in front of this pixel, as far as
+        // it is blurred wider than a texel: what is sharp ends at its outline.
         let texel_front = textureLoad(front, q, 0);
         let texel_base = textureLoad(base, q, 0);
-        let part = nearer * (1.0 - texel_front.a) * texel_base.a;
+        let spreads = saturate(0.5 * abs(c) / f32(params.step) - 0.5);
+        let part = nearer * spreads * (1.0 - texel_front.a) * texel_base.a;
         let weight = share.x * share.y;
         front_sum += weight * (texel_front + part * vec4f(texel_base.rgb, 1.0));
         base_sum += weight * same * texel_base;
