@@ -39,6 +39,18 @@ fn likeness(c: f32, widest: f32) -> f32 {
     return select(1.0, alike, params.prefilter != 0u);
 }
 
+/// The wider of two CoCs; of equal ones the nearer, whichever comes first.
+fn wider(a: f32, b: f32) -> f32 {
+    let is_b = abs(b) > abs(a) || (abs(b) == abs(a) && b < a);
+    return select(a, b, is_b);
+}
+
+/// How much of the pixel at `at` lies in a texel around `centre`, px.
+fn covered_share(at: vec2i, centre: vec2f) -> f32 {
+    let covered = saturate(0.5 * f32(params.step) + 0.5 - abs(vec2f(at) + 0.5 - centre));
+    return covered.x * covered.y;
+}
+
 /// Mean of the pixels of a texel that are like the widest of them, and their c.
 fn reduced(id: vec2u) -> vec4f {
     let size = textureDimensions(color);
@@ -48,9 +60,9 @@ fn reduced(id: vec2u) -> vec4f {
     let count = params.footprint * params.footprint;
     var widest = 0.0;
     for (var i = 0u; i < count; i++) {
-        let p = clamp_to_image(first + vec2i(vec2u(i % params.footprint, i / params.footprint)), size);
-        let c = coc_diameter_px(params.lens, textureLoad(depth, p, 0).r);
-        widest = select(widest, c, abs(c) > abs(widest));
+        let at = first + vec2i(vec2u(i % params.footprint, i / params.footprint));
+        let c = coc_diameter_px(params.lens, textureLoad(depth, clamp_to_image(at, size), 0).r);
+        widest = select(widest, wider(widest, c), covered_share(at, centre) > 0.0);
     }
     var sum = vec4f(0.0);
     var weights = 0.0;
@@ -58,9 +70,8 @@ fn reduced(id: vec2u) -> vec4f {
         let at = first + vec2i(vec2u(i % params.footprint, i / params.footprint));
         let p = clamp_to_image(at, size);
         let c = coc_diameter_px(params.lens, textureLoad(depth, p, 0).r);
-        let covered = saturate(0.5 * side + 0.5 - abs(vec2f(at) + 0.5 - centre));
         let rgb = textureLoad(color, p, 0).rgb;
-        let weight = select(0.0, covered.x * covered.y * likeness(c, widest), is_finite(rgb));
+        let weight = select(0.0, covered_share(at, centre) * likeness(c, widest), is_finite(rgb));
         sum += weight * vec4f(select(vec3f(0.0), rgb, is_finite(rgb)), c);
         weights += weight;
     }
@@ -69,10 +80,7 @@ fn reduced(id: vec2u) -> vec4f {
 
 /// Four texels as one of the next level, in the same way.
 fn joined(a: vec4f, b: vec4f, c: vec4f, d: vec4f) -> vec4f {
-    var widest = a.a;
-    widest = select(widest, b.a, abs(b.a) > abs(widest));
-    widest = select(widest, c.a, abs(c.a) > abs(widest));
-    widest = select(widest, d.a, abs(d.a) > abs(widest));
+    let widest = wider(wider(a.a, b.a), wider(c.a, d.a));
     let weights = vec4f(likeness(a.a, widest), likeness(b.a, widest), likeness(c.a, widest), likeness(d.a, widest));
     return (weights.x * a + weights.y * b + weights.z * c + weights.w * d) / dot(weights, vec4f(1.0));
 }
