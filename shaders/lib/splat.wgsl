@@ -41,16 +41,17 @@ fn visible_coc_px(p: vec2i) -> f32 {
     return coc_diameter_px(lens, textureLoad(visible_depth, clamp_to_image(p, textureDimensions(visible_depth)), 0).r);
 }
 
-/// Equation (8).
+/// Equation (8), which is about the values that an image of 8 bits stores: sRGB-encoded ones.
 fn with_highlights(rgb: vec3f) -> vec3f {
-    let lambda = dot(rgb, vec3f(0.3, 0.59, 0.11));
+    let stored = srgb_encoded(rgb);
+    let lambda = dot(stored, vec3f(0.3, 0.59, 0.11));
     if params.highlights == 0u || lambda <= params.highlight_threshold {
         return rgb;
     }
     // Above white the paper's polynomial would grow without bounds.
     let above = min((lambda - params.highlight_threshold) / (1.0 - params.highlight_threshold), 1.0);
     let share = pow(above, params.highlight_falloff);
-    return min((1.0 - share + share * params.highlight_gain) * rgb, vec3f(MAX_F16));
+    return min(srgb_decoded((1.0 - share + share * params.highlight_gain) * stored), vec3f(MAX_F16));
 }
 
 /// A source pixel: colour and 1, or 0 where there is nothing that can be drawn.

@@ -48,6 +48,8 @@ struct Params {
     near_m: f32,
     /// Radius of the lens, metres.
     lens_radius_m: f32,
+    /// 1: coverages are composed as in section 4.4; 0: they add up.
+    over: u32,
 }
 
 @group(0) @binding(0) var<uniform> lens: Lens;
@@ -235,7 +237,9 @@ fn trace(ray: Ray, slabs: u32) -> vec4f {
         let part = seen(ray, slab, c);
         // Section 4.4 has v1 c1 + (1 - v1) rest. Surfaces cut by a slab's bound cover
         // disjoint parts of the cone: their coverages add up instead of multiplying.
-        if part.a > 0.0 {
+        if params.over != 0u {
+            sum += part * (1.0 - sum.a);
+        } else if part.a > 0.0 {
             sum += part * (min(part.a, 1.0 - sum.a) / part.a);
         }
         if sum.a > 0.998 {

@@ -29,6 +29,7 @@ macro_rules! shader {
 const LIBRARY: &[Shader] = &[
     shader!("lib/color"),
     shader!("lib/emitters"),
+    shader!("lib/gather"),
     shader!("lib/layers"),
     shader!("lib/lens"),
     shader!("lib/lens_rays"),

@@ -18,6 +18,7 @@
 //! | [`Opaque`] | the same, with blurred opacity instead of filled holes | guessed | round | Kraus 2011 |
 //! | [`Splat`] | a spot a pixel, in three layers around each destination's depth | one more layer | any | Lee, Kim, Choi 2008 |
 //! | [`Scatter`] | a spot a pixel, sorted far to near | missing | any | Potmesil, Chakravarty 1981 |
+//! | [`Gather`] | rings of taps on a half-size image, each weighed by its own blur | guessed | any | Jimenez 2014 and engines since |
 //! | [`Adaptive`] | few lens rays a pixel through peeled layers, only where blur needs them | seen, four deep | any | this project |
 //! | [`Pinhole`] | nothing: the input | | none | |
 //!
@@ -67,6 +68,7 @@
 
 mod accumulation;
 pub mod adaptive;
+mod gather;
 mod linear;
 mod meaning;
 mod mipmap;
@@ -86,6 +88,7 @@ pub mod tile_lists;
 
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use adaptive::Adaptive;
+pub use gather::Gather;
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use meaning::{Meaning, Quantity, Scale};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapFilter, MipmapInterpolation};
@@ -119,6 +122,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Opaque::default()),
         Box::new(Splat::default()),
         Box::new(Scatter::default()),
+        Box::new(Gather::default()),
         Box::new(Adaptive::default()),
     ]
 }
@@ -372,4 +376,50 @@ pub fn set_param(method: &mut dyn Method, key: &str, text: &str) -> Result<(), P
     };
     let key = param.key;
     param.set(text).map_err(|expected| ParamError::Invalid { method: id, key, given: text.into(), expected })
+}
+
+/// Sets the parameters in which a method's defaults go beyond its source to what the source
+/// has: constants, filters, intersections, blending as they were published. What a source
+/// leaves open keeps its default. [`Param::published`] has each value.
+pub fn set_as_published(method: &mut dyn Method) {
+    for param in &mut method.params() {
+        if let Some(value) = param.published {
+            // Every method's are tried by a test.
+            let _ = param.set(value);
+        }
+    }
+}
+
+/// Whether a method has all that [`set_as_published`] sets; `None` where its defaults are what
+/// was published.
+pub fn is_as_published(method: &dyn Method) -> Option<bool> {
+    let mut method = method.boxed();
+    let params = method.params();
+    let mut known = params.iter().filter_map(|param| Some(param.published? == param.text())).peekable();
+    known.peek()?;
+    Some(known.all(|same| same))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn published_values_are_accepted_and_differ_from_the_defaults() {
+        for mut method in all() {
+            let id = method.about().id;
+            for param in &mut method.params() {
+                let Some(value) = param.published else { continue };
+                let default = param.text();
+                assert_eq!(param.set(value), Ok(()), "{id}.{}", param.key);
+                assert_eq!(param.text(), value, "{id}.{}: as the parameter itself writes it", param.key);
+                assert_ne!(default, value, "{id}.{}: the default is what was published", param.key);
+            }
+            let wanted = is_as_published(by_id(id).expect("it is known").as_ref());
+            assert!(wanted != Some(true), "{id}: the default");
+            let mut published = by_id(id).expect("it is known");
+            set_as_published(published.as_mut());
+            assert!(is_as_published(published.as_ref()) != Some(false), "{id}: as published");
+        }
+    }
 }

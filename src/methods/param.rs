@@ -15,6 +15,8 @@ pub struct Param<'a> {
     /// Values, as text, between which quality is traded for time: what a benchmark tries.
     /// Empty for a parameter that is no such trade.
     pub trade: &'static [&'static str],
+    /// The value, as text, that the method's source published, where the default is another.
+    pub published: Option<&'static str>,
 }
 
 /// A borrowed value with its range.
@@ -86,7 +88,7 @@ impl<'a> Param<'a> {
         range: (f32, f32),
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Float { value, range, unit }, trade: &[] }
+        Self { key, label, help, value: Value::Float { value, range, unit }, trade: &[], published: None }
     }
 
     /// A whole number in `range`.
@@ -98,12 +100,12 @@ impl<'a> Param<'a> {
         range: (u32, u32),
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Int { value, range, unit }, trade: &[] }
+        Self { key, label, help, value: Value::Int { value, range, unit }, trade: &[], published: None }
     }
 
     /// On or off.
     pub fn switch(key: &'static str, label: &'static str, value: &'a mut bool, help: &'static str) -> Self {
-        Self { key, label, help, value: Value::Switch(value), trade: &[] }
+        Self { key, label, help, value: Value::Switch(value), trade: &[], published: None }
     }
 
     /// One of `names`.
@@ -114,12 +116,25 @@ impl<'a> Param<'a> {
         names: &'static [&'static str],
         help: &'static str,
     ) -> Self {
-        Self { key, label, help, value: Value::Choice { value, names }, trade: &[] }
+        Self { key, label, help, value: Value::Choice { value, names }, trade: &[], published: None }
     }
 
     /// Sets [`Param::trade`].
     pub fn trading(self, values: &'static [&'static str]) -> Self {
         Self { trade: values, ..self }
+    }
+
+    /// Sets [`Param::published`].
+    pub fn as_published(self, value: &'static str) -> Self {
+        Self { published: Some(value), ..self }
+    }
+
+    /// What it does, and what was published where the default is another.
+    pub fn full_help(&self) -> String {
+        match self.published {
+            Some(value) => format!("{} As published: {value}.", self.help),
+            None => self.help.to_owned(),
+        }
     }
 
     /// What values are accepted, in words.

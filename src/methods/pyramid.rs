@@ -71,7 +71,7 @@ impl Method for Pyramid {
             &mut self.repeated_inclusion,
             (0.0, 1.0),
             "Share of the light behind a sub-image that is added although covered: images too bright, as TVCG 2009 reports. 0 counts light once.",
-        ));
+        ).as_published("1"));
         params
     }
 

@@ -15,7 +15,7 @@ use crate::aperture::Aperture;
 use crate::gpu::{Gpu, Texture};
 use crate::uniform;
 use crate::view::View;
-use glam::{DVec2, dvec2};
+use glam::{DVec2, UVec2, dvec2};
 use std::sync::{Arc, Mutex};
 
 /// Cells per side of the table: half a pixel each in a spot of 64 px.
@@ -152,15 +152,18 @@ impl SpriteTable {
     }
 
     pub(super) fn uniform(&self, view: &View) -> SpritesUniform {
-        let (size, overscan) = (view.size().to_array(), view.overscan_px());
-        let (solid, solid_intensity) = (self.solid as f32, self.solid_intensity as f32);
+        SpritesUniform { overscan: view.overscan_px(), ..self.uniform_on(view.size()) }
+    }
+
+    /// For sprites on a target of its own, with no margin.
+    pub(super) fn uniform_on(&self, size: UVec2) -> SpritesUniform {
         SpritesUniform {
-            size,
+            size: size.to_array(),
             radius: self.radius as f32,
             cells: CELLS as u32,
-            overscan,
-            solid,
-            solid_intensity,
+            overscan: 0,
+            solid: self.solid as f32,
+            solid_intensity: self.solid_intensity as f32,
             _pad: 0,
         }
     }

@@ -133,7 +133,7 @@ impl Spacing {
                 &mut self.calibration,
                 CALIBRATIONS,
                 "measured: a level is used where its second moment is the lens's. paper: radii r_1, r_2, ... of equation (1), weights linear in depth.",
-            ),
+            ).as_published("paper"),
             Param::float(
                 "first_radius",
                 "r_1",

@@ -29,6 +29,8 @@ fn small_plan() -> Plan {
         runs: 1,
         redraw: false,
         count_reads: true,
+        overscan_px: None,
+        view_dependent: false,
         error_maps: true,
     }
 }
@@ -86,6 +88,8 @@ fn variants_in_turn_are_timed_with_what_they_keep() {
         blurs: vec![Blur::MeanCocPx(8.0)],
         variants: vec![slabs(1), slabs(2)],
         reference_samples: None,
+        overscan_px: None,
+        view_dependent: false,
         error_maps: false,
         ..small_plan()
     };

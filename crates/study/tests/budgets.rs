@@ -58,6 +58,7 @@ const BUDGETS: &[Budget] = &[
     Budget { method: "opaque", passes: 9, indirect: 0, draws: [0, 0, 1], mb: 101 },
     Budget { method: "splat", passes: 7, indirect: 0, draws: [1, 1, 2], mb: 248 },
     Budget { method: "scatter", passes: 108, indirect: 0, draws: [0, 0, 1], mb: 165 },
+    Budget { method: "gather", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 115 },
     Budget { method: "adaptive", passes: 12, indirect: 6, draws: [0, 0, 28], mb: 1728 },
 ];
 

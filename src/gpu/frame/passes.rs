@@ -191,6 +191,18 @@ impl Draw<'_, '_> {
 
     /// Draws `instances` copies of `vertices` vertices. Panics with more than four targets.
     pub fn vertices(self, vertices: u32, instances: u32) {
+        self.run(|pass| pass.draw(0..vertices, 0..instances));
+    }
+
+    /// Draws what four u32 at byte `offset` of `counts`, a buffer of [`Gpu::indirect_buffer`],
+    /// say: vertices, instances, first vertex and first instance (which must be 0). Panics with
+    /// more than four targets.
+    pub fn vertices_indirect(self, counts: &Buffer, offset: u64) {
+        self.frame.clear_unclean(counts);
+        self.run(|pass| pass.draw_indirect(counts.raw(), offset));
+    }
+
+    fn run(self, draw: impl FnOnce(&mut wgpu::RenderPass<'_>)) {
         let Self { frame, shader, entries, topology, bound, uniform_checks, targets } = self;
         assert!(targets.len() <= MAX_TARGETS, "{}: a draw has at most {MAX_TARGETS} targets", entries[1]);
         let gpu = frame.gpu;
@@ -220,6 +232,6 @@ impl Draw<'_, '_> {
         for bindable in &groups {
             pass.set_bind_group(bindable.index, &bindable.group, bindable.offsets());
         }
-        pass.draw(0..vertices, 0..instances);
+        draw(&mut pass);
     }
 }

@@ -103,7 +103,7 @@ impl Mipmap {
                 &mut self.calibration,
                 CALIBRATIONS,
                 "measured: the level whose blur has the lens's second moment. paper: m = 1 + log2(k sigma), equation (6).",
-            ),
+            ).as_published("paper"),
             Param::float(
                 "k",
                 "k",
@@ -160,14 +160,14 @@ impl Mipmap {
                 &mut self.interpolation,
                 INTERPOLATIONS,
                 "geometric: equation (8). arithmetic: the trilinear read of section 6.",
-            ),
+            ).as_published("geometric"),
             Param::choice(
                 "filter",
                 "Filter",
                 &mut self.filter,
                 FILTERS,
                 "discs: levels filtered beforehand, in which each pixel has a part by its own blur. as printed: nine reads on a circle, equations (8) to (11).",
-            ),
+            ).as_published("as printed"),
         ]
     }
 

@@ -50,6 +50,11 @@ pub struct Multiview {
     pub culling: bool,
     /// Whether rays are cones (section 4.4).
     pub cones: bool,
+    /// Diameter of a ray's cone over the CoC *radius*, with 32 lens points of a disc (section 4.4:
+    /// 0.137); with others in the ratio of their distances.
+    pub lambda: f32,
+    /// Index among the choices of the parameter of this name.
+    pub coverage: usize,
     /// Index among the choices of the parameter of this name.
     pub jitter: usize,
     /// Whether each ray shades what it meets, looking from its lens point.
@@ -63,6 +68,13 @@ pub const DRAWINGS: &[&str] = &["together", "one by one"];
 
 /// How a ray is intersected with a slab.
 pub const INTERSECTIONS: &[&str] = &["steps", "false_position"];
+
+/// How what slabs cover of a cone comes together.
+pub const COVERAGES: &[&str] = &["added", "over"];
+
+/// Mean distance from each of 32 lens points of a disc to its nearest neighbour, in radii: a cone
+/// that wide fills the gaps between rays.
+const LAMBDA_OF_32: f32 = 0.219;
 
 /// How lens points differ between pixels.
 pub const JITTERS: &[&str] = &["sets", "offsets", "off"];
@@ -89,6 +101,8 @@ impl Default for Multiview {
             intersection: 0,
             culling: true,
             cones: true,
+            lambda: LAMBDA_OF_32,
+            coverage: 0,
             jitter: 0,
             view_dependent: false,
             drawing: 0,
@@ -114,7 +128,7 @@ uniform! {
         focal_px: f32,
         near_m: f32,
         lens_radius_m: f32,
-        _unused: u32,
+        over: u32,
     }
 }
 
@@ -138,8 +152,8 @@ impl Method for Multiview {
 
     fn params(&mut self) -> Vec<Param<'_>> {
         vec![
-            Param::int("samples", "Lens points", "", &mut self.samples, (8, 256), "Rays per pixel.")
-                .trading(&["16", "32", "64", "128"]),
+            Param::int("samples", "Lens points", "", &mut self.samples, (1, 256), "Rays per pixel; one goes through the middle of the lens.")
+                .trading(&["16", "32", "64", "128"]).as_published("32"),
             Param::int(
                 "slabs",
                 "Most slabs",
@@ -154,8 +168,8 @@ impl Method for Multiview {
                 "px",
                 &mut self.delta_px,
                 (0.5, 32.0),
-                "Thickness of a slab as growth of the CoC diameter over it, section 4.1.",
-            ),
+                "Thickness of a slab as growth of the CoC diameter over it, section 4.1, which has 3 px of the radius: 6 px here.",
+            ).as_published("6"),
             Param::float(
                 "overlap",
                 "Overlap",
@@ -170,7 +184,7 @@ impl Method for Multiview {
                 &mut self.intersection,
                 INTERSECTIONS,
                 "steps: at most a pixel at a time. false_position: three estimates, section 4.3.",
-            ),
+            ).as_published("false_position"),
             Param::switch(
                 "culling",
                 "Culling",
@@ -183,13 +197,30 @@ impl Method for Multiview {
                 &mut self.cones,
                 "Gives rays the width of the gaps between them, section 4.4.",
             ),
+            Param::float(
+                "lambda",
+                "lambda",
+                "",
+                &mut self.lambda,
+                (0.01, 2.0),
+                "Diameter of a cone over the CoC's radius with 32 lens points, section 4.4; with more points cones are narrower as the points lie closer. 0.219: the mean distance of 32 points.",
+            )
+            .as_published("0.137"),
+            Param::choice(
+                "coverage",
+                "Coverage",
+                &mut self.coverage,
+                COVERAGES,
+                "How what slabs cover of a cone comes together. added: pieces of one surface in neighbouring slabs cover different parts. over: v1 c1 + (1 - v1) c2, section 4.4.",
+            )
+            .as_published("over"),
             Param::choice(
                 "jitter",
                 "Jitter",
                 &mut self.jitter,
                 JITTERS,
                 "Lens points of a pixel. sets: one of 16 sets. offsets: one set, moved by 16 pairs of four values, section 4.5. off: all pixels alike.",
-            ),
+            ).as_published("offsets"),
             Param::switch(
                 "view_dependent",
                 "View-dependent shading",
@@ -211,7 +242,7 @@ impl Method for Multiview {
             frame.skip("hidden surfaces: an image has none");
         }
         let gpu = frame.gpu();
-        let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones);
+        let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones, self.lambda.to_bits());
         let points = gpu.memo().get(&key, || self.lens_points(gpu, lens));
         let slabs = self.slabs(frame, view, lens)?;
         let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
@@ -325,16 +356,18 @@ impl Multiview {
         let sets = if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 };
         // Blocks are aligned at powers of two: then each is a good set.
         let block = self.samples.next_power_of_two();
-        let set = |k: u32| (0..self.samples).map(move |i| lens.aperture.lens_point(k * block + i));
+        let point = |i: u32| if self.samples == 1 { DVec2::ZERO } else { lens.aperture.lens_point(i) };
+        let set = |k: u32| (0..self.samples).map(move |i| point(k * block + i));
         let spacing = mean_spacing(&set(0).collect::<Vec<_>>());
-        let jitter = if JITTERS[self.jitter] == "offsets" { 0.5 * spacing } else { 0.0 };
+        let is_moved = JITTERS[self.jitter] == "offsets" && self.samples > 1;
+        let jitter = if is_moved { 0.5 * spacing } else { 0.0 };
         let all: Vec<Vec2> = (0..sets).flat_map(set).map(DVec2::as_vec2).collect();
         LensPoints {
             v: gpu.buffer_of("lens points", &all),
             sets,
             jitter,
             // Points a distance s apart in v are s * C / 2 apart on the image.
-            cone_per_coc: if self.cones { 0.5 * spacing } else { 0.0 },
+            cone_per_coc: if self.cones { 0.5 * spacing * f64::from(self.lambda / LAMBDA_OF_32) } else { 0.0 },
             radius: lens.aperture.radius() + jitter * std::f64::consts::SQRT_2,
         }
     }
@@ -359,6 +392,7 @@ impl Multiview {
             focal_px: projection.focal_px as f32,
             near_m: projection.near_m as f32,
             lens_radius_m: projection.eye_on_lens_m(lens, DVec2::X).x as f32,
+            over: (COVERAGES[self.coverage] == "over").into(),
             ..Default::default()
         }
     }
@@ -376,8 +410,12 @@ fn square_px(view: &View, lens: &Lens, range: &SlabRange, points: &LensPoints) -
     2 * (reach_px as u32).min(view.projection().outer_size().max_element()) + 1
 }
 
-/// Mean distance from a point to its nearest neighbour: the paper's lambda, in v.
+/// Mean distance from a point to its nearest neighbour: the paper's lambda, in v. One point stands
+/// for the whole lens.
 fn mean_spacing(points: &[DVec2]) -> f64 {
+    if points.len() == 1 {
+        return 2.0;
+    }
     let nearest = |(i, p): (usize, &DVec2)| {
         let others = points.iter().enumerate().filter(|(j, _)| *j != i);
         others.map(|(_, q)| p.distance_squared(*q)).fold(f64::INFINITY, f64::min).sqrt()

@@ -156,7 +156,8 @@ impl Method for Splat {
                 &mut self.hidden_blend,
                 HIDDEN_BLENDS,
                 "added: as in section 3.5. filling: no more of it than the visible layers leave to be filled.",
-            ),
+            )
+            .as_published("added"),
             Param::float(
                 "separation",
                 "epsilon",

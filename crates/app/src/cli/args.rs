@@ -137,8 +137,8 @@ pub struct BenchArgs {
     /// What to do instead of measuring
     #[command(subcommand)]
     pub action: Option<BenchAction>,
-    /// Reproduce a paper's table: tvcg-fig14, tvcg-table1, pg-table1, siga-table1 or grapp
-    #[arg(long, value_name = "NAME", value_parser = parse_table, conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "settings", "sweeps"])]
+    /// Reproduce a paper's table or figure, such as tvcg-fig14 or siga-fig8; a wrong name lists all
+    #[arg(long, value_name = "NAME", value_parser = parse_table, conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "sweeps", "as_published"])]
     pub table: Option<PaperTable>,
     /// Fewer and smaller images, fewer runs; a table stops after 4 minutes
     #[arg(long)]
@@ -146,6 +146,12 @@ pub struct BenchArgs {
     /// The methods, separated by commas, or all [default: all but pinhole]
     #[arg(long, value_name = "A,B|all")]
     pub methods: Option<String>,
+    /// Methods exactly as their sources published them; tables have them so
+    #[arg(long)]
+    pub as_published: bool,
+    /// Margin drawn around the image, px [default: half the greatest CoC; tables: 0, as in the papers]
+    #[arg(long, value_name = "PX", value_parser = clap::value_parser!(u32).range(0..=1024))]
+    pub overscan: Option<u32>,
     /// Set a parameter of a method in all its variants (repeatable)
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,

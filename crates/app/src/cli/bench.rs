@@ -79,10 +79,11 @@ fn run_merge(args: &MergeArgs) -> anyhow::Result<()> {
 /// What there is to measure.
 fn plan(args: &BenchArgs) -> anyhow::Result<Plan> {
     let plan = match args.table {
-        Some(table) => table.plan(args.quick),
+        Some(table) => with_settings(table.plan(args.quick), &args.settings)?,
         None => sweep(args)?,
     };
     Ok(Plan {
+        overscan_px: args.overscan.or(plan.overscan_px),
         runs: args.runs.unwrap_or(plan.runs),
         warmup: args.warmup.unwrap_or(plan.warmup),
         reference_samples: args.samples.or(plan.reference_samples),
@@ -92,6 +93,29 @@ fn plan(args: &BenchArgs) -> anyhow::Result<Plan> {
     })
 }
 
+/// A table's plan with every `--set [ID.]KEY=VALUE` in all variants that have the key.
+fn with_settings(mut plan: Plan, settings: &[String]) -> anyhow::Result<Plan> {
+    for setting in settings {
+        let (name, value) =
+            setting.split_once('=').with_context(|| format!("--set {setting}: give [ID.]KEY=VALUE, such as k=0.5"))?;
+        let (id, key) = name.split_once('.').map_or((None, name), |(id, key)| (Some(id), key));
+        let mut is_used = false;
+        for variant in plan.variants.iter_mut().filter(|v| id.is_none_or(|id| id == v.method)) {
+            if select::has_param(variant.method()?.as_ref(), key) {
+                variant.settings.retain(|(k, _)| k != key);
+                variant.settings.push((key.to_owned(), value.to_owned()));
+                variant.method()?;
+                is_used = true;
+            }
+        }
+        ensure!(
+            is_used,
+            "--set {setting}: no method of the table has it; `defocus methods` lists the parameters of each"
+        );
+    }
+    Ok(plan)
+}
+
 fn sweep(args: &BenchArgs) -> anyhow::Result<Plan> {
     let quick = args.quick;
     let mut methods = select::methods(args.methods.as_deref().unwrap_or("all"))?;
@@ -99,6 +123,7 @@ fn sweep(args: &BenchArgs) -> anyhow::Result<Plan> {
     if args.methods.is_none() {
         methods.retain(|m| m.about().id != "pinhole");
     }
+    select::as_published(args.as_published, &mut methods);
     select::apply(&args.settings, &mut methods)?;
     let scenes = match (&args.scenes, quick) {
         (Some(list), _) if list == "all" => all_scenes(),
@@ -131,6 +156,8 @@ fn sweep(args: &BenchArgs) -> anyhow::Result<Plan> {
         redraw: false,
         count_reads: false,
         error_maps: true,
+        overscan_px: None,
+        view_dependent: false,
     })
 }
 

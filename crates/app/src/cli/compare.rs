@@ -27,6 +27,7 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
     check_json(args.run.json.json.as_ref())?;
     args.output.as_deref().map_or(Ok(()), check_target)?;
     let mut methods = select::methods(&args.methods)?;
+    select::as_published(args.view.as_published, &mut methods);
     select::shade_by_view(args.view.view_dependent, &mut methods)?;
     select::apply(&args.view.settings, &mut methods)?;
     let reference = args.reference.as_deref().map(Reference::by_id).transpose()?;

@@ -20,8 +20,10 @@ struct MethodJson {
 struct ParamJson {
     key: &'static str,
     label: &'static str,
-    help: &'static str,
+    help: String,
     default: serde_json::Value,
+    /// What the source published, where the default is another.
+    as_published: Option<serde_json::Value>,
     unit: &'static str,
     /// Both bounds included; null for switches and choices.
     range: Option<[serde_json::Value; 2]>,
@@ -30,15 +32,21 @@ struct ParamJson {
 }
 
 impl ParamJson {
-    fn of(param: &methods::Param<'_>) -> Self {
+    /// Of a parameter with its default value; sets it to the published one.
+    fn of(param: &mut methods::Param<'_>) -> Self {
         let (unit, range, choices): (_, _, &[&str]) = match &param.value {
             Value::Float { range, unit, .. } => (*unit, Some([range.0.into(), range.1.into()]), &[]),
             Value::Int { range, unit, .. } => (*unit, Some([range.0.into(), range.1.into()]), &[]),
             Value::Switch(_) => ("", None, &[]),
             Value::Choice { names, .. } => ("", None, names),
         };
-        let (default, expected) = (param.json(), param.expected());
-        Self { key: param.key, label: param.label, help: param.help, default, unit, range, choices, expected }
+        let (default, expected, help) = (param.json(), param.expected(), param.full_help());
+        let as_published = param.published.map(|value| {
+            // Every method's are tried by a test.
+            let _ = param.set(value);
+            param.json()
+        });
+        Self { key: param.key, label: param.label, help, default, as_published, unit, range, choices, expected }
     }
 }
 
@@ -46,7 +54,7 @@ impl ParamJson {
 pub fn methods(json: bool) -> anyhow::Result<()> {
     let describe = |mut method: Box<dyn methods::Method>| MethodJson {
         about: method.about(),
-        params: method.params().iter().map(ParamJson::of).collect(),
+        params: method.params().iter_mut().map(ParamJson::of).collect(),
     };
     let all: Vec<MethodJson> = methods::all().into_iter().map(describe).collect();
     if json {
@@ -54,7 +62,11 @@ pub fn methods(json: bool) -> anyhow::Result<()> {
     }
     let mut table = table(["method", "what it does", "parameters"]);
     for method in &all {
-        let param = |p: &ParamJson| format!("{} = {}: {}", p.key, p.default.to_string().replace('"', ""), p.expected);
+        let bare = |value: &serde_json::Value| value.to_string().replace('"', "");
+        let param = |p: &ParamJson| {
+            let published = p.as_published.as_ref().map(|value| format!(" (published: {})", bare(value)));
+            format!("{} = {}{}: {}", p.key, bare(&p.default), published.unwrap_or_default(), p.expected)
+        };
         let params = method.params.iter().map(param).collect::<Vec<_>>().join("\n");
         table.add_row([method.about.id, method.about.summary, &params]);
     }

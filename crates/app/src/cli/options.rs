@@ -255,6 +255,9 @@ pub struct ViewOptions {
     /// Show methods the pinhole image of a scene with its depth, and nothing else: as if it were a picture
     #[arg(long)]
     pub as_image: bool,
+    /// Methods exactly as their sources published them; --set then changes single parameters
+    #[arg(long)]
+    pub as_published: bool,
     /// Set a parameter of a method (repeatable), as `defocus methods` lists them
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,

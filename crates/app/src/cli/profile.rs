@@ -54,6 +54,7 @@ pub fn run(args: &ProfileArgs) -> anyhow::Result<()> {
         args.seconds
     );
     let mut methods = select::methods(&args.methods)?;
+    select::as_published(args.view.as_published, &mut methods);
     select::shade_by_view(args.view.view_dependent, &mut methods)?;
     select::apply(&args.view.settings, &mut methods)?;
     let mut setup = Setup::new(&SetupOptions {

@@ -91,6 +91,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
 /// The method with its parameters set.
 fn chosen(args: &RenderArgs) -> anyhow::Result<Box<dyn Method>> {
     let mut chosen = [methods::by_id(&args.method)?];
+    select::as_published(args.view.as_published, &mut chosen);
     select::shade_by_view(args.view.view_dependent, &mut chosen)?;
     select::apply(&args.view.settings, &mut chosen)?;
     let [mut method] = chosen;

@@ -26,6 +26,13 @@ pub fn shade_by_view(wanted: bool, methods: &mut [Box<dyn Method>]) -> anyhow::R
     Ok(())
 }
 
+/// Sets methods to what their sources published, if `wanted`; before [`apply`].
+pub fn as_published(wanted: bool, methods: &mut [Box<dyn Method>]) {
+    for method in methods.iter_mut().filter(|_| wanted) {
+        methods::set_as_published(method.as_mut());
+    }
+}
+
 /// Applies every `--set [ID.]KEY=VALUE`; without an id to all methods that have the key.
 pub fn apply(settings: &[String], methods: &mut [Box<dyn Method>]) -> anyhow::Result<()> {
     for setting in settings {

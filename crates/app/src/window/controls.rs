@@ -16,7 +16,7 @@ use super::widgets::{self, choice, number_of};
 use super::{style, timing};
 use defocus::combine;
 use defocus::display::ToneMap;
-use defocus::methods;
+use defocus::methods::{self, Method};
 use defocus::presets::presets;
 use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
 use glam::UVec2;
@@ -194,6 +194,9 @@ impl App {
         let about = method.about();
         group(ui, &format!("Pane {number}: {}", about.title), true, |ui| {
             ui.label(RichText::new(about.summary).small().weak());
+            if as_published_row(ui, method.as_ref(), choice) {
+                return;
+            }
             let mut changes = Vec::new();
             let mut plain = methods::by_id(about.id).ok();
             let defaults = plain.iter_mut().flat_map(|plain| plain.params());
@@ -352,4 +355,22 @@ fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) -> R
         add(ui);
         ui.add_space(6.0);
     });
+}
+
+/// The switch of a method whose defaults go beyond what its source published: on, it is exactly
+/// that, and off, those parameters are at their defaults. True if it was changed.
+fn as_published_row(ui: &mut Ui, method: &dyn Method, choice: &mut MethodChoice) -> bool {
+    let Some(mut is_on) = methods::is_as_published(method) else { return false };
+    let help = "What was published, with its constants and choices, instead of what does better since";
+    let changed = ui.checkbox(&mut is_on, "As published").on_hover_text(help).changed();
+    if changed {
+        for param in method.boxed().params() {
+            match param.published {
+                Some(value) if is_on => drop(choice.params.insert(param.key.into(), value.into())),
+                Some(_) => drop(choice.params.remove(param.key)),
+                None => {}
+            }
+        }
+    }
+    changed
 }

@@ -66,7 +66,8 @@ pub fn combo(ui: &mut Ui, salt: &str, chosen: &mut usize, names: &[&str], width:
 /// The input of a method's parameter, which a double-click on its name sets back to
 /// `default`; true if it changed.
 pub fn param(ui: &mut Ui, param: Param<'_>, default: Option<f64>) -> bool {
-    let (name, help) = (param.label, param.help);
+    let help = param.full_help();
+    let (name, help) = (param.label, help.as_str());
     let with_space = |unit: &str| if unit.is_empty() { String::new() } else { format!(" {unit}") };
     match param.value {
         Value::Float { value, range, unit } => {

@@ -32,6 +32,12 @@ pub struct Plan {
     pub count_reads: bool,
     /// Whether error maps of the first variant of each method are kept.
     pub error_maps: bool,
+    /// Margin drawn around the image, px; `None`: half the greatest CoC in view.
+    #[serde(default)]
+    pub overscan_px: Option<u32>,
+    /// Whether the reference shades from each point of the lens.
+    #[serde(default)]
+    pub view_dependent: bool,
 }
 
 /// How far the aperture is opened.
@@ -71,6 +77,9 @@ pub struct Variant {
     pub settings: Vec<(String, String)>,
     /// The only blur for which it is wanted, if not all.
     pub only_at: Option<Blur>,
+    /// Whether it is as published where nothing else is set ([`methods::set_as_published`]).
+    #[serde(default)]
+    pub as_published: bool,
 }
 
 /// Why a plan cannot be made.
@@ -93,7 +102,12 @@ pub enum PlanError {
 impl Variant {
     /// A method with its default parameters.
     pub fn of(method: &str) -> Self {
-        Self { method: method.into(), settings: Vec::new(), only_at: None }
+        Self { method: method.into(), settings: Vec::new(), only_at: None, as_published: false }
+    }
+
+    /// A method as its source published it.
+    pub fn published(method: &str) -> Self {
+        Self { as_published: true, ..Self::of(method) }
     }
 
     /// With a parameter set.
@@ -114,6 +128,9 @@ impl Variant {
     /// An unknown method or parameter, a value out of range.
     pub fn method(&self) -> Result<Box<dyn Method>, PlanError> {
         let mut method = methods::by_id(&self.method)?;
+        if self.as_published {
+            methods::set_as_published(method.as_mut());
+        }
         for (key, value) in &self.settings {
             set_param(method.as_mut(), key, value)?;
         }

@@ -134,7 +134,7 @@ impl BenchRun<'_> {
             sources.insert(cell.scene.clone(), source);
         }
         let source = &sources[&cell.scene];
-        let mut stage = Stage::new(gpu, source, cell)?;
+        let mut stage = Stage::new(gpu, source, cell, self.plan.overscan_px)?;
         let variants = Variants::of(self.plan, cell, &stage.view)?;
         let truth = self.truth(source, &mut stage, cell.blur, cache_problem, progress).map_err(failed)?;
         let rounds = Rounds { warmup: self.plan.warmup, runs: self.plan.runs, redraw: self.plan.redraw };
@@ -193,7 +193,8 @@ impl BenchRun<'_> {
         let samples = self.plan.reference_samples_at(blur).filter(|_| stage.view.is_scene());
         let Some(samples) = samples else { return Ok(None) };
         let reference = Reference::Accumulation;
-        let request = ReferenceRequest { reference, samples, view_dependent: false, display: Display::default() };
+        let view_dependent = self.plan.view_dependent;
+        let request = ReferenceRequest { reference, samples, view_dependent, display: Display::default() };
         let (view, lens) = (&mut stage.view, &stage.lens);
         let (truth, problem) = cached_reference(self.cache, source, view, lens, &request, progress)?;
         *cache_problem = cache_problem.take().or(problem);
@@ -209,7 +210,7 @@ struct Stage {
 }
 
 impl Stage {
-    fn new(gpu: &Gpu, source: &GpuSource, cell: &Cell) -> Result<Self, BenchError> {
+    fn new(gpu: &Gpu, source: &GpuSource, cell: &Cell, overscan_px: Option<u32>) -> Result<Self, BenchError> {
         let failed =
             |source: defocus::view::ViewError| BenchError::Cell { cell: cell.label(), source: Box::new(source.into()) };
         let size = source.source().fitted_size(UVec2::from(cell.size));
@@ -217,7 +218,10 @@ impl Stage {
         let depth_m = view.depth_m(gpu);
         let lens = opened(&source.source().default_lens(&depth_m), cell.blur, &depth_m);
         let lens = lens.ok_or_else(|| BenchError::NothingToBlur { cell: cell.label() })?;
-        view.set_size(gpu, size, auto_overscan_px(&lens, &depth_m)).map_err(failed)?;
+        let overscan_px = overscan_px.unwrap_or_else(|| auto_overscan_px(&lens, &depth_m));
+        // An image has no surroundings to draw.
+        let overscan_px = if source.source().is_scene() { overscan_px } else { 0 };
+        view.set_size(gpu, size, overscan_px).map_err(failed)?;
         Ok(Self { view, lens, depth_m })
     }
 

@@ -5,6 +5,7 @@
 
 mod grapp;
 mod pg;
+mod quality;
 mod siga;
 mod tvcg;
 
@@ -25,16 +26,25 @@ pub enum PaperTable {
     SigaTable1,
     /// GRAPP 2011, section 5: the opaque image blur against the pyramidal one.
     Grapp,
+    /// One of the papers' figures that compare pictures.
+    Quality(usize),
 }
 
 /// All of them, by what they are called on the command line.
-pub const ALL: [(&str, PaperTable); 5] = [
-    ("tvcg-fig14", PaperTable::TvcgFig14),
-    ("tvcg-table1", PaperTable::TvcgTable1),
-    ("pg-table1", PaperTable::PgTable1),
-    ("siga-table1", PaperTable::SigaTable1),
-    ("grapp", PaperTable::Grapp),
-];
+pub const ALL: [(&str, PaperTable); 5 + quality::FIGURES.len()] = {
+    let mut all = [("", PaperTable::Grapp); 5 + quality::FIGURES.len()];
+    all[0] = ("tvcg-fig14", PaperTable::TvcgFig14);
+    all[1] = ("tvcg-table1", PaperTable::TvcgTable1);
+    all[2] = ("pg-table1", PaperTable::PgTable1);
+    all[3] = ("siga-table1", PaperTable::SigaTable1);
+    all[4] = ("grapp", PaperTable::Grapp);
+    let mut figure = 0;
+    while figure < quality::FIGURES.len() {
+        all[5 + figure] = (quality::FIGURES[figure].name, PaperTable::Quality(figure));
+        figure += 1;
+    }
+    all
+};
 
 /// A table beside its measurement.
 #[derive(Clone, Debug, Serialize)]
@@ -75,6 +85,7 @@ impl PaperTable {
             Self::PgTable1 => pg::plan(quick),
             Self::SigaTable1 => siga::plan(quick),
             Self::Grapp => grapp::plan(quick),
+            Self::Quality(figure) => quality::FIGURES[figure].plan(quick),
         }
     }
 
@@ -86,6 +97,7 @@ impl PaperTable {
             Self::PgTable1 => pg::compared(results),
             Self::SigaTable1 => siga::compared(results),
             Self::Grapp => grapp::compared(results),
+            Self::Quality(figure) => quality::FIGURES[figure].compared(results),
         }
     }
 }
@@ -97,7 +109,7 @@ impl Claim {
     }
 }
 
-/// A plan with what all tables have alike.
+/// A plan with what all tables have alike: no margin around the image, as in the papers.
 fn plan(scenes: &[&str], size: [u32; 2], blurs: Vec<Blur>, variants: Vec<Variant>) -> Plan {
     Plan {
         scenes: scenes.iter().map(|s| (*s).to_owned()).collect(),
@@ -111,6 +123,8 @@ fn plan(scenes: &[&str], size: [u32; 2], blurs: Vec<Blur>, variants: Vec<Variant
         redraw: false,
         count_reads: false,
         error_maps: false,
+        overscan_px: Some(0),
+        view_dependent: false,
     }
 }
 

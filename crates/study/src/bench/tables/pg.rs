@@ -33,9 +33,9 @@ const QUICK_VIEWS: u32 = 24;
 
 pub(super) fn plan_variants() -> Vec<Variant> {
     let mut variants = vec![
-        Variant::of("splat").with("accelerate", "on"),
-        Variant::of("splat").with("accelerate", "off"),
-        Variant::of("separable"),
+        Variant::published("splat").with("accelerate", "on"),
+        Variant::published("splat").with("accelerate", "off"),
+        Variant::published("separable"),
     ];
     variants.extend(COLUMNS.iter().map(|(px, views)| accumulation(*views).only_at(Blur::MeanCocPx(*px))));
     variants

@@ -24,7 +24,7 @@ fn row(name: &str, variant: Variant, fps: [f64; 3]) -> Row {
 
 fn multiview(views: u32, layers: u32) -> Variant {
     // The thickness that always asks for as many layers as are allowed.
-    Variant::of("multiview").with("samples", views).with("slabs", layers).with("delta", 0.5)
+    Variant::published("multiview").with("samples", views).with("slabs", layers).with("delta", 0.5)
 }
 
 fn accumulation(views: u32) -> Variant {
@@ -50,8 +50,8 @@ const OURS: [(u32, u32, [f64; 3]); 13] = [
 
 fn rows() -> Vec<Row> {
     let mut rows = vec![
-        row("gather (mipmap)", Variant::of("mipmap"), [223.0, 175.0, 59.0]),
-        row("multilayer, 12 layers (pyramid)", Variant::of("pyramid"), [38.0, 37.0, 26.0]),
+        row("gather (mipmap)", Variant::published("mipmap"), [223.0, 175.0, 59.0]),
+        row("multilayer, 12 layers (pyramid)", Variant::published("pyramid"), [38.0, 37.0, 26.0]),
         row("reference, 8 views", accumulation(8), [144.0, 59.0, 9.0]),
         row("reference, 16 views", accumulation(16), [75.0, 29.0, 4.0]),
         row("reference, 32 views", accumulation(32), [40.0, 14.0, 2.0]),
