@@ -46,6 +46,7 @@ pub fn run(args: &AdviseArgs) -> anyhow::Result<()> {
         view: &args.view,
         display: &args.display,
         adapter: args.run.adapter.as_deref(),
+        schedule: args.run.schedule,
         stereo: None,
         mipmaps: true,
     })?;

@@ -6,7 +6,6 @@ use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
 use anyhow::{Context, ensure};
 use comfy_table::{CellAlignment, Table, presets};
-use defocus::gpu::Gpu;
 use defocus::image_io::{write_atomically, write_exr, write_png_rgb};
 use defocus::lens::Lens;
 use defocus_study::psf::report::{PsfPage, csv, html, picture, sheet};
@@ -36,7 +35,7 @@ pub fn run(args: &PsfArgs) -> anyhow::Result<()> {
     select::apply(&args.settings, &mut methods)?;
     let lens = Lens { aperture: args.aperture.clone().unwrap_or_default(), ..Lens::PINHOLE };
     lens.check()?;
-    let gpu = Gpu::open(args.run.adapter.as_deref())?;
+    let gpu = args.run.gpu()?;
     let bar = Bar::new(args.run.quiet);
     let side = if args.front { Side::Front } else { Side::Behind };
     let found = measure(&gpu, &lens, &methods, (&args.cocs, side), &mut |step| bar.step(step))?;
