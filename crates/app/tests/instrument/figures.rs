@@ -200,7 +200,7 @@ impl Bench {
             };
             match verdict {
                 Verdict::Current(measured) => {
-                    let Pairing { picture, truth: of, display } = &measured.of;
+                    let Pairing { picture, truth: of, display, .. } = &measured.of;
                     let shown = self.engine.pane(state.id).and_then(|pane| pane.identity());
                     assert_eq!(shown, Some(picture), "after {after}: figures of what is shown");
                     assert_eq!(
