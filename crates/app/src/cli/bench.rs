@@ -213,18 +213,3 @@ fn styled() -> Table {
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
     table
 }
-
-/// The table called `name`, for the option's parser.
-pub fn parse_table(name: &str) -> Result<PaperTable, String> {
-    let known = || tables::ALL.map(|(name, _)| name).join(", ");
-    let found = tables::ALL.iter().find(|(known, _)| *known == name);
-    found.map(|(_, table)| *table).ok_or_else(|| format!("there are {}", known()))
-}
-
-/// A shard such as 2/8, for the option's parser.
-pub fn parse_shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    let (number, of) = parts.ok_or("give a part of several, such as 2/8")?;
-    let shard = Shard { number, of };
-    if (1..=of).contains(&number) { Ok(shard) } else { Err(format!("parts are counted from 1 to {of}")) }
-}
