@@ -4,7 +4,7 @@ use super::details::{Exposed, difference_row, inside_row};
 use super::engine::{Figures, Measured, Verdict};
 use super::model::aperture_limit;
 use super::model::numbers::significant;
-use super::model::{Arrangement, Document, Inside, MethodChoice, PaneId, Show, tree_of};
+use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
 use super::ui::widgets::combo;
 use super::{App, actions::Action, ui::style};
 use defocus::gpu::Texture;

@@ -5,12 +5,13 @@ use super::model::Navigation;
 use super::model::PictureSize;
 use super::model::numbers::round_above;
 use super::model::{Arrangement, Document, PaneId, Zoom};
+use super::viewport_state::REST_SECONDS;
 use super::{App, navigation, paint};
 use defocus::methods::MethodError;
 use eframe::egui::{
     CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
-use glam::{DVec2, DVec3, UVec2, dvec2, uvec2};
+use glam::{DVec2, DVec3, dvec2};
 use std::time::Duration;
 
 /// How long mouse and keys must rest before slow steps of a reference go on, seconds: longer

@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 
 /// How long all that pictures depend on must rest before what was drawn smaller is drawn in
 /// full, seconds.
-const REST_SECONDS: f64 = 0.2;
+pub(super) const REST_SECONDS: f64 = 0.2;
 
 /// The viewport's own state: nothing that would be saved.
 pub struct Viewport {
