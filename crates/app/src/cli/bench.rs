@@ -10,7 +10,7 @@ use defocus::methods::Method;
 use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
 use defocus_study::bench::report::{self, ReportInput};
 use defocus_study::bench::tables::{self, Claim, Comparison};
-use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, PaperTable, Plan, Shard, Store};
+use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, Plan, Shard, Store};
 use defocus_study::builtin;
 use glam::UVec2;
 use serde::Serialize;
