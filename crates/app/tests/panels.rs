@@ -12,9 +12,10 @@ use defocus::presets::{LensPreset, preset};
 use defocus::stereo::{Layout, Stereo};
 use defocus_app::window::apply_style;
 use defocus_app::window::panels::{
-    DistanceUnit, FocusMode, FocusSettings, Focusing, Inspection, LensChanges, LensPanel, LensReadings, PaneValue,
-    VrReadings, aperture_panel, focus_panel, image_histogram, inspector_panel, neighbourhood, vr_panel,
+    Focusing, Inspection, LensChanges, LensPanel, LensReadings, PaneValue, VrReadings, aperture_panel, focus_panel,
+    image_histogram, inspector_panel, neighbourhood, vr_panel,
 };
+use defocus_app::window::{DistanceUnit, FocusMode, FocusSettings};
 use eframe::egui::{self, Modifiers, PointerButton, Role, Ui, pos2, vec2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;

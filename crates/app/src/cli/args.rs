@@ -1,6 +1,5 @@
 //! The commands and which options each takes.
 
-use super::bench::{parse_shard, parse_table};
 use super::options::{
     CacheOptions, DisplayOptions, JsonOption, LensOptions, RunOptions, SceneOptions, ViewOptions, parse_aperture,
     parse_jod, parse_size,
@@ -138,7 +137,7 @@ pub struct BenchArgs {
     #[command(subcommand)]
     pub action: Option<BenchAction>,
     /// Reproduce a paper's table or figure, such as tvcg-fig14 or siga-fig8; a wrong name lists all
-    #[arg(long, value_name = "NAME", value_parser = parse_table, conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "sweeps", "as_published"])]
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["methods", "scenes", "sizes", "cocs", "sweeps", "as_published"])]
     pub table: Option<PaperTable>,
     /// Fewer and smaller images, fewer runs; a table stops after 4 minutes
     #[arg(long)]
@@ -186,7 +185,7 @@ pub struct BenchArgs {
     #[arg(long, value_name = "MINUTES")]
     pub budget: Option<f64>,
     /// Measure part I of N; put the parts together with `defocus bench merge`
-    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
     /// Folder for results and report; one that holds a part of them is continued
     #[arg(short, long, value_name = "DIR", default_value = "out/bench")]

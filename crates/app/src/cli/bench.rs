@@ -10,7 +10,7 @@ use defocus::methods::Method;
 use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
 use defocus_study::bench::report::{self, ReportInput};
 use defocus_study::bench::tables::{self, Claim, Comparison};
-use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, PaperTable, Plan, Shard, Store};
+use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, Plan, Shard, Store};
 use defocus_study::builtin;
 use glam::UVec2;
 use serde::Serialize;
@@ -239,19 +239,4 @@ fn styled() -> Table {
     let mut table = Table::new();
     table.load_preset(presets::UTF8_HORIZONTAL_ONLY).set_content_arrangement(ContentArrangement::Dynamic);
     table
-}
-
-/// The table called `name`, for the option's parser.
-pub fn parse_table(name: &str) -> Result<PaperTable, String> {
-    let known = || tables::ALL.map(|(name, _)| name).join(", ");
-    let found = tables::ALL.iter().find(|(known, _)| *known == name);
-    found.map(|(_, table)| *table).ok_or_else(|| format!("there are {}", known()))
-}
-
-/// A shard such as 2/8, for the option's parser.
-pub fn parse_shard(text: &str) -> Result<Shard, String> {
-    let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
-    let (number, of) = parts.ok_or("give a part of several, such as 2/8")?;
-    let shard = Shard { number, of };
-    if (1..=of).contains(&number) { Ok(shard) } else { Err(format!("parts are counted from 1 to {of}")) }
 }

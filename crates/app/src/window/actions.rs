@@ -1,12 +1,12 @@
 //! Everything that can be done by a name: menus, keys and the command palette share it.
 
-use super::document::{Arrangement, Inside, MethodChoice, PaneId, Show};
-use super::panels::FocusMode;
-use super::panes::method_to_add;
-use super::preferences::Theme;
-use super::saving::PictureKind;
-use super::size::PictureSize;
-use super::{App, state};
+use super::App;
+use super::model::FocusMode;
+use super::model::PictureKind;
+use super::model::PictureSize;
+use super::model::Theme;
+use super::model::state;
+use super::model::{Arrangement, Inside, MethodChoice, PaneId, Show};
 use defocus::presets::presets;
 use defocus::stereo::{Layout, Stereo};
 use defocus::{lens::Lens, methods};
@@ -243,7 +243,7 @@ impl App {
         let document = &mut self.document;
         match action {
             Action::AddPane => {
-                document.add_pane(method_to_add(document, is_scene));
+                document.add_pane(document.method_to_add(is_scene));
                 document.arrangement = Arrangement::Tiles;
             }
             Action::Duplicate(id) => {
@@ -256,7 +256,7 @@ impl App {
             }
             Action::Compare => {
                 if document.panes.len() == 1 || (is_scene && document.reference().is_none()) {
-                    document.add_pane(method_to_add(document, is_scene));
+                    document.add_pane(document.method_to_add(is_scene));
                 }
                 if let Some(reference) = document.reference().filter(|r| *r != document.a) {
                     document.b = reference;
@@ -306,13 +306,13 @@ impl App {
 
     fn set_show(&mut self, id: PaneId, index: usize, is_scene: bool) {
         let document = &mut self.document;
-        let other = |document: &super::Document| {
+        let other = |document: &super::model::Document| {
             let slots = [document.reference(), Some(document.a), Some(document.b)];
             slots.into_iter().flatten().find(|o| *o != id)
         };
         // A difference needs something to differ from.
         if index == 4 && other(document).is_none() {
-            document.add_pane(method_to_add(document, is_scene));
+            document.add_pane(document.method_to_add(is_scene));
         }
         if let Some(show) = Show::of_index(index, other(document))
             && let Some(pane) = document.pane_mut(id)

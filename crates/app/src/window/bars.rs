@@ -1,12 +1,12 @@
 //! The bar above the panes and the line below them.
 
 use super::actions::Action;
-use super::document::Arrangement;
-use super::numbers::significant;
-use super::panels::refresh_text;
-use super::preferences::Theme;
-use super::saving::PictureKind;
-use super::widgets::combo;
+use super::model::Arrangement;
+use super::model::PictureKind;
+use super::model::Theme;
+use super::model::numbers::significant;
+use super::ui::panels::refresh_text;
+use super::ui::widgets::combo;
 use super::{App, MAX_PANES};
 use defocus_study::builtin;
 use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};

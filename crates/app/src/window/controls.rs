@@ -2,18 +2,19 @@
 
 use super::App;
 use super::actions::Action;
-use super::document::{DEFAULT_OPACITY, Document, MethodChoice, Show};
 use super::engine::PassTimes;
-use super::limits::aperture_limit;
-use super::panels::{
+use super::model::Navigation;
+use super::model::aperture_limit;
+use super::model::{DEFAULT_OPACITY, Document, MethodChoice, Show};
+use super::model::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
+use super::ui::panels::fit_slider;
+use super::ui::panels::{
     ApertureChange, EyeSettings, Field, LensChanges, LensReadings, VrReadings, aperture_panel, eye_panel, focus_panel,
     same_but_focus, vr_panel,
 };
-use super::preferences::Navigation;
-use super::size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
-use super::style::NAME_WIDTH;
-use super::widgets::{self, choice, number_of};
-use super::{style, timing};
+use super::ui::style::NAME_WIDTH;
+use super::ui::widgets::{self, choice, number_of};
+use super::ui::{style, timing};
 use defocus::combine;
 use defocus::display::ToneMap;
 use defocus::methods::{self, Method};
@@ -293,7 +294,7 @@ impl App {
         widgets::row(ui, "Smooth focus", help, |ui| ui.checkbox(&mut preferences.smooth_focus, ""));
         let help = "Margin drawn around the picture, from which blur comes in over the border.";
         widgets::row(ui, "Overscan", help, |ui| {
-            widgets::fit_slider(ui);
+            fit_slider(ui);
             ui.add(egui::Slider::new(&mut document.overscan_px, 0..=96).suffix(" px"))
         });
     }

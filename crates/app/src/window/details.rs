@@ -1,8 +1,8 @@
 //! The second row of a pane's head: which difference, which texture, how opaque.
 
-use super::document::{Channel, Difference, DifferenceKind, Inside, PaneId};
 use super::engine::channel_of;
-use super::widgets::combo;
+use super::model::{Channel, Difference, DifferenceKind, Inside, PaneId};
+use super::ui::widgets::combo;
 use defocus::methods::Meaning;
 use eframe::egui::{DragValue, Ui};
 

@@ -2,11 +2,11 @@
 //! system's own dialog behind a button.
 
 use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
-use super::document::{Document, PaneId};
-use super::panels::Field;
-use super::saving::PictureKind;
-use super::state;
-use super::widgets::{self, choice};
+use super::model::PictureKind;
+use super::model::state;
+use super::model::{Document, PaneId};
+use super::ui::panels::Field;
+use super::ui::widgets::{self, choice};
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus_study::DepthArgs;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};

@@ -3,7 +3,7 @@
 //! The window's engine draws the left eye's view, so that everything else (figures, depths,
 //! intermediate textures) is the left eye's.
 
-use super::document::PaneId;
+use super::model::PaneId;
 use super::{App, Engine, Request};
 use defocus::camera::Camera;
 use defocus::combine;

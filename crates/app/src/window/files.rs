@@ -1,8 +1,9 @@
 //! Opening files, and what is done with those that were named.
 
+use super::App;
 use super::dialogs::{Answer, Purpose};
-use super::document::Document;
-use super::{App, state};
+use super::model::Document;
+use super::model::state;
 use defocus::aperture::{Aperture, ApertureImage};
 use eframe::egui::Context;
 use std::path::Path;

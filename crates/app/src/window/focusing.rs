@@ -1,7 +1,8 @@
 //! Focusing with the mouse, on objects, by gaze and by itself; the aperture with the mouse.
 
 use super::App;
-use super::panels::{FocusMode, Focusing};
+use super::model::FocusMode;
+use super::ui::panels::Focusing;
 use defocus::focus::{area_depth_m, depth_of_m, dioptres, metres, world_point};
 use eframe::egui::{PointerButton, Response, Ui};
 use glam::DVec2;

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::legend::value_text;
-use super::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
+use super::ui::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
 use defocus::display::Display;
 use defocus::focus::pixel;
 use defocus::histogram::Histogram;

@@ -1,9 +1,9 @@
 //! What the colours of a pane mean.
 
 use super::App;
-use super::document::{DifferenceKind, PaneId, Show};
 use super::engine::Reading;
-use super::numbers::significant;
+use super::model::numbers::significant;
+use super::model::{DifferenceKind, PaneId, Show};
 use defocus::methods::{Quantity, Scale};
 use defocus::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 

@@ -29,7 +29,6 @@ mod browsing;
 mod controls;
 mod details;
 mod dialogs;
-mod document;
 mod engine;
 mod eyes;
 mod files;
@@ -37,47 +36,37 @@ mod focusing;
 mod help;
 mod inspecting;
 mod legend;
-mod limits;
 mod loading;
 mod messages;
+mod model;
 mod navigation;
-mod numbers;
 mod paint;
 mod palette;
-pub mod panels;
 mod panes;
-mod preferences;
 mod report;
 mod saving;
 mod screenshot;
 mod shaders;
-mod show;
-mod size;
-mod state;
-mod style;
 mod tasks;
-mod timing;
+mod ui;
 mod viewport;
+mod viewport_state;
 mod watch;
-mod widgets;
 
 pub use actions::{Action, Command};
 pub use dialogs::{Answer, Purpose};
-pub use document::{
-    Arrangement, Channel, Difference, DifferenceKind, Document, Inside, MAX_PANES, MethodChoice, PaneId, PaneState,
-    REFERENCE_SAMPLES, Show, Zoom,
-};
 pub use engine::{
-    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, Identity, Measured, Pairing, Pane, Reading, Request,
-    Tempo, Verdict, Wake,
+    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Measured, Pairing, Pane, Quantiles,
+    Reading, Request, Tempo, Verdict, Wake,
 };
-pub use panes::PaneTree;
-pub use preferences::{Navigation, Preferences, Theme};
-pub use saving::PictureKind;
-pub use size::PictureSize;
-pub use state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
-pub use style::apply as apply_style;
-pub use timing::{History, Quantiles};
+pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
+pub use model::{
+    Arrangement, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings, Inside,
+    MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind, PictureSize, Preferences,
+    REFERENCE_SAMPLES, Show, Theme, Zoom,
+};
+pub use ui::panels;
+pub use ui::style::apply as apply_style;
 
 use anyhow::{Context as _, anyhow};
 use defocus::gpu::{self, Gpu, Texture};
@@ -91,7 +80,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::time::Duration;
-use viewport::Viewport;
+use viewport_state::Viewport;
 
 /// How the window starts.
 #[derive(Clone, Debug, Default)]
@@ -248,7 +237,7 @@ impl App {
         let mut messages = messages::Messages::default();
         let mut document = options.document.unwrap_or_default().repaired();
         match options.scene {
-            Some(file) if state::is_state(&file) => match state::read(file.as_ref()) {
+            Some(file) if model::state::is_state(&file) => match model::state::read(file.as_ref()) {
                 Ok(read) => document = read,
                 Err(error) => messages.error_later(error.to_string()),
             },

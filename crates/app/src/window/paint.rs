@@ -1,8 +1,8 @@
 //! What is painted in a pane: pictures, legend, cursor, messages.
 
 use super::App;
-use super::document::PaneId;
 use super::legend::{self, Legend};
+use super::model::PaneId;
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };

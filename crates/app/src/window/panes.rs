@@ -1,23 +1,20 @@
 //! The panes: how they lie, and the head and foot of each.
 
 use super::details::{Exposed, difference_row, inside_row};
-use super::document::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
 use super::engine::{Figures, Measured, Verdict};
-use super::limits::{aperture_limit, astigmatism_limit};
-use super::numbers::significant;
-use super::widgets::combo;
-use super::{App, actions::Action, style};
+use super::model::numbers::significant;
+use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
+use super::model::{aperture_limit, astigmatism_limit};
+use super::ui::widgets::combo;
+use super::{App, actions::Action, ui::style};
 use defocus::gpu::Texture;
 use defocus::methods;
 use defocus_study::metrics::Visibility;
 use eframe::egui::{
-    self, Align, Button, Color32, CornerRadius, Id, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
+    self, Align, Button, Color32, CornerRadius, Label, Layout, Rect, RichText, Role, Sense, Stroke, Ui, UiBuilder,
     WidgetInfo, WidgetText, pos2, vec2,
 };
-use egui_tiles::{Behavior, EditAction, SimplificationOptions, Tile, TileId, UiResponse};
-
-/// Tiles of panes.
-pub type PaneTree = egui_tiles::Tree<PaneId>;
+use egui_tiles::{Behavior, EditAction, SimplificationOptions, TileId, UiResponse};
 
 /// Height of a pane's head, and of each row of it, points.
 const HEAD: f32 = 30.0;
@@ -27,32 +24,6 @@ const FOOT: f32 = 22.0;
 
 /// A pane with less room than this has no head and no foot, points.
 const LEAST: f32 = 90.0;
-
-/// An even arrangement of the document's panes.
-fn even(document: &Document) -> PaneTree {
-    let ids: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
-    match ids.len() {
-        0..=2 => PaneTree::new_horizontal(Id::unique("panes"), ids),
-        _ => PaneTree::new_grid(Id::unique("panes"), ids),
-    }
-}
-
-/// The document's tiles if they hold exactly its panes, else an even arrangement.
-pub fn tree_of(document: &Document) -> PaneTree {
-    let Some(tree) = &document.tiles else { return even(document) };
-    let mut held: Vec<PaneId> = tree.tiles.tiles().filter_map(pane_of).collect();
-    let mut wanted: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
-    held.sort();
-    wanted.sort();
-    if held == wanted && tree.root().is_some() { tree.clone() } else { even(document) }
-}
-
-fn pane_of(tile: &Tile<PaneId>) -> Option<PaneId> {
-    match tile {
-        Tile::Pane(id) => Some(*id),
-        Tile::Container(_) => None,
-    }
-}
 
 struct Tiles<'a> {
     app: &'a mut App,
@@ -352,8 +323,8 @@ impl App {
                 ui.close();
             }
         };
-        entry(ui, "Save as PNG…", Action::SavePicture(id, super::saving::PictureKind::Png));
-        entry(ui, "Save as EXR…", Action::SavePicture(id, super::saving::PictureKind::Exr));
+        entry(ui, "Save as PNG…", Action::SavePicture(id, super::model::PictureKind::Png));
+        entry(ui, "Save as EXR…", Action::SavePicture(id, super::model::PictureKind::Exr));
         entry(ui, "Copy image", Action::CopyImage(id));
         ui.separator();
         entry(ui, "Duplicate", Action::Duplicate(id));
@@ -434,15 +405,4 @@ fn row_ui<R>(
     row.set_clip_rect(rect.intersect(ui.clip_rect()));
     row.spacing_mut().item_spacing.x = 6.0;
     add(&mut row)
-}
-
-/// A method for a pane that is added beside `existing`: the reference first, then what is
-/// not there yet.
-pub fn method_to_add(document: &Document, is_scene: bool) -> MethodChoice {
-    if is_scene && document.reference().is_none() {
-        return MethodChoice::reference();
-    }
-    let shown = |id: &str| document.panes.iter().any(|p| p.method.id == id);
-    let other = methods::all().iter().map(|m| m.about()).find(|a| !shown(a.id) && (is_scene || !a.needs_scene));
-    MethodChoice::new(other.map_or("pinhole", |about| about.id))
 }

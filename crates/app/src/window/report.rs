@@ -1,9 +1,9 @@
 //! The comparison of all panes as one HTML file, made beside the interface on a device of
 //! its own.
 
-use super::document::{Document, MethodChoice};
 use super::engine::Activity;
-use super::state;
+use super::model::state;
+use super::model::{Document, MethodChoice};
 use defocus::gpu::Gpu;
 use defocus::image_io::write_atomically;
 use defocus::methods::Method;
@@ -158,7 +158,7 @@ fn own_truth(
     let choice = document.truth().unwrap_or_else(MethodChoice::reference);
     let request = ReferenceRequest {
         reference: Reference::Accumulation,
-        samples: choice.count("samples").unwrap_or(super::REFERENCE_SAMPLES),
+        samples: choice.count("samples").unwrap_or(super::model::REFERENCE_SAMPLES),
         view_dependent: choice.is_on("view_dependent"),
         display: document.display,
     };

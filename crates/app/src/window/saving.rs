@@ -1,6 +1,6 @@
 //! Keeping pictures and comparisons: written beside the interface, which goes on.
 
-use super::document::PaneId;
+use super::model::{PaneId, PictureKind};
 use super::report::{self, AwaitedTruth, ReportOrder};
 use super::tasks::Task;
 use super::{App, Engine, Identity};
@@ -21,25 +21,6 @@ const NONE: &str = "there is no picture to save yet: wait for it, or choose anot
 
 /// What is told where linear light is wanted of an anaglyph.
 const ANAGLYPH: &str = "an anaglyph is made of what a display shows, and EXR holds linear light: save it as PNG, or show the eyes side by side";
-
-/// Ways to keep a picture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum PictureKind {
-    /// As it is shown: 8 bits, sRGB.
-    Png,
-    /// The method's own values: linear, 32 bits, with depth and CoC where they fit.
-    Exr,
-}
-
-impl PictureKind {
-    /// What the file's name ends with.
-    pub fn extension(self) -> &'static str {
-        match self {
-            Self::Png => "png",
-            Self::Exr => "exr",
-        }
-    }
-}
 
 /// Writes a file; on a thread.
 type Write = Box<dyn FnOnce() -> Result<(), ImageError> + Send>;

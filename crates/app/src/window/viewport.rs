@@ -1,22 +1,18 @@
 //! The picture in a pane: navigation, click to focus, magnification, the divider.
 
-use super::document::{Arrangement, Document, MethodChoice, PaneId, Zoom};
-use super::engine::{Exposure, Request};
-use super::numbers::round_above;
-use super::preferences::Navigation;
-use super::size::PictureSize;
+use super::engine::Request;
+use super::model::Navigation;
+use super::model::PictureSize;
+use super::model::numbers::round_above;
+use super::model::{Arrangement, Document, PaneId, Zoom};
+use super::viewport_state::REST_SECONDS;
 use super::{App, navigation, paint};
 use defocus::methods::MethodError;
 use eframe::egui::{
     CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
-use glam::{DVec2, DVec3, UVec2, dvec2, uvec2};
-use std::collections::BTreeMap;
+use glam::{DVec2, DVec3, dvec2};
 use std::time::Duration;
-
-/// How long all that pictures depend on must rest before what was drawn smaller is drawn in
-/// full, seconds.
-const REST_SECONDS: f64 = 0.2;
 
 /// How long mouse and keys must rest before slow steps of a reference go on, seconds: longer
 /// than between two letters that are typed.
@@ -31,126 +27,6 @@ const ZOOM_PER_POINT: f64 = 0.0025;
 /// Panes that differ from the picture's size by less than this share show it pixel for
 /// pixel all the same: a hair's breadth is cut off rather than everything blurred.
 const SNAP: f32 = 0.03;
-
-/// The viewport's own state: nothing that would be saved.
-pub struct Viewport {
-    /// Where there is room for a pane's picture, points.
-    pub(super) areas: BTreeMap<PaneId, Rect>,
-    /// Where the feet of panes go, points, until they are drawn.
-    pub(super) feet: Vec<(PaneId, Rect)>,
-    /// Where the whole picture lies in it, points.
-    pictures: BTreeMap<PaneId, Rect>,
-    /// Room that the largest pane has for a picture, px.
-    window_px: UVec2,
-    /// Where the pointer is in the picture.
-    cursor: Option<DVec2>,
-    hovered: Option<PaneId>,
-    blinking: bool,
-    last_motion_s: f64,
-    last_input_s: f64,
-    /// Whether what is dragged is the divider.
-    dividing: bool,
-    /// What pictures depended on in the frame before.
-    depended_on: Option<(Exposure, Vec<MethodChoice>)>,
-    is_moving: bool,
-    filter: wgpu::FilterMode,
-    /// |c| at the ends of the CoC's colour map, px.
-    pub(super) coc_scale_px: f32,
-    /// Whether the hint how to begin is still of use.
-    pub(super) hint: bool,
-    /// Why the picture is not up to date.
-    problem: Option<String>,
-}
-
-impl Default for Viewport {
-    fn default() -> Self {
-        Self {
-            areas: BTreeMap::new(),
-            feet: Vec::new(),
-            pictures: BTreeMap::new(),
-            window_px: UVec2::ZERO,
-            cursor: None,
-            hovered: None,
-            blinking: false,
-            last_motion_s: f64::NEG_INFINITY,
-            last_input_s: f64::NEG_INFINITY,
-            dividing: false,
-            depended_on: None,
-            is_moving: false,
-            filter: wgpu::FilterMode::Linear,
-            coc_scale_px: 1.0,
-            hint: true,
-            problem: None,
-        }
-    }
-}
-
-impl Viewport {
-    /// Where the whole picture of a pane is, points.
-    pub fn picture(&self, pane: PaneId) -> Option<Rect> {
-        self.pictures.get(&pane).copied()
-    }
-
-    /// Where the pointer is in the picture, from (0, 0) to (1, 1).
-    pub fn cursor(&self) -> Option<DVec2> {
-        self.cursor
-    }
-
-    /// The pane under the pointer.
-    pub fn hovered(&self) -> Option<PaneId> {
-        self.hovered
-    }
-
-    /// Room that the largest pane has for a picture, px; zero before the first frame.
-    pub fn window_px(&self) -> UVec2 {
-        self.window_px
-    }
-
-    /// Whether pane B is shown in place of A.
-    pub fn is_blinking(&self) -> bool {
-        self.blinking
-    }
-
-    /// Shows pane B in place of A, or stops that.
-    pub fn set_blinking(&mut self, blinking: bool) {
-        self.blinking = blinking;
-    }
-
-    /// How textures are magnified.
-    pub fn filter(&self) -> wgpu::FilterMode {
-        self.filter
-    }
-
-    /// Whether nothing that pictures depend on was changed just now.
-    pub fn is_at_rest(&self) -> bool {
-        !self.is_moving
-    }
-
-    /// Why the picture is not up to date.
-    pub fn problem(&self) -> Option<&str> {
-        self.problem.as_deref()
-    }
-
-    /// Sees whether something changed that pictures depend on: the camera, the lens, a
-    /// parameter, by whatever it is moved.
-    fn watch_motion(&mut self, now_s: f64, request: &Request) {
-        let methods = request.panes.iter().map(|pane| pane.method.clone()).collect();
-        let now = (request.exposure.clone(), methods);
-        if self.depended_on.as_ref().is_some_and(|before| *before != now) {
-            self.last_motion_s = now_s;
-        }
-        self.depended_on = Some(now);
-        self.is_moving = now_s - self.last_motion_s < REST_SECONDS;
-    }
-
-    /// Takes the room that there is: that of the largest area, so that a picture as large as
-    /// the window is the same in all panes and they can be compared.
-    pub(super) fn measure(&mut self, ppp: f32) {
-        let px = |points: f32| (points.max(0.0) * ppp).round() as u32;
-        let sizes = self.areas.values().map(|area| uvec2(px(area.width()), px(area.height())));
-        self.window_px = sizes.max_by_key(|size| u64::from(size.x) * u64::from(size.y)).unwrap_or(UVec2::ZERO);
-    }
-}
 
 /// Where a picture of `size` points at its own scale lies around an `area`.
 pub fn placed(area: Rect, size: Vec2, zoom: Zoom, ppp: f32) -> Rect {

@@ -265,6 +265,21 @@ pub struct Shard {
     pub of: usize,
 }
 
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    /// Reads a part such as 2/8.
+    fn from_str(text: &str) -> Result<Self, String> {
+        let parts = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
+        let (number, of) = parts.ok_or("give a part of several, such as 2/8")?;
+        if (1..=of).contains(&number) {
+            Ok(Self { number, of })
+        } else {
+            Err(format!("parts are counted from 1 to {of}"))
+        }
+    }
+}
+
 impl Shard {
     /// The whole plan.
     pub const WHOLE: Self = Self { number: 1, of: 1 };

@@ -1,12 +1,16 @@
 //! What the engine has drawn beside the interface, and what comes of it.
 
+use super::errand::{Errand, PassTimes};
+use super::identity::Identity;
 use super::lane::{Drawn, Job, Lane, Subject, Told, upload};
 use super::milestone::Milestone;
+use super::pane::{LEAST_SAMPLES, Pane};
+use super::renderer::Engine;
 use super::request::Request;
-use super::{Engine, Identity, Pane, Wake};
-use crate::window::document::PaneId;
+use super::wake::Wake;
+use crate::window::model::PaneId;
 use defocus::display::Display;
-use defocus::gpu::{Gpu, PassTime, download};
+use defocus::gpu::{Gpu, download};
 use defocus::image::ColorImage;
 use defocus::methods::{self, Method};
 use defocus_study::Truth;
@@ -14,27 +18,8 @@ use defocus_study::reference::{Halves, self_psnr_db};
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// A picture that is being drawn beside.
-pub(super) struct Errand {
-    ticket: u64,
-    /// What it will be, the lens points aside.
-    identity: Identity,
-    /// Lens points that it has and will have, of one that converges.
-    pub progress: Option<(u32, u32)>,
-}
-
 /// Runs whose passes are timed.
 const TIMED_RUNS: u32 = 5;
-
-/// Times of a method's passes.
-pub struct PassTimes {
-    ticket: u64,
-    /// What was drawn.
-    pub of: Identity,
-    /// Medians over several runs, on a software adapter of the processor's time; `None`
-    /// while they are taken.
-    pub times: Option<Result<Vec<PassTime>, String>>,
-}
 
 /// The lane, which is started with the first picture that takes long.
 fn started<'l>(lane: &'l mut Option<Lane>, gpu: &Gpu, wake: &Wake, shaders: &BTreeMap<String, String>) -> &'l Lane {
@@ -221,7 +206,7 @@ impl Pane {
         self.made_for = Some(identity.exposure.clone());
         (self.revision, self.divisor, self.error) = (revision, 1, None);
         self.finished = samples.zip(progress.map(|(_, goal)| goal));
-        let is_worth = is_done || samples.is_none_or(|n| n >= super::pane::LEAST_SAMPLES && n.is_power_of_two());
+        let is_worth = is_done || samples.is_none_or(|n| n >= LEAST_SAMPLES && n.is_power_of_two());
         self.take(texture, identity, is_worth);
         if let Some(milestone) = self.milestone.as_mut().filter(|m| m.revision == revision) {
             milestone.color = Some(Arc::clone(&color));

@@ -3,7 +3,7 @@
 use super::Wake;
 use super::identity::Pairing;
 use super::milestone::Milestone;
-use crate::window::document::PaneId;
+use crate::window::model::PaneId;
 use defocus::display::Display;
 use defocus::gpu::{Gpu, Texture, download, upload_scalar};
 use defocus::image::{ColorImage, Image};

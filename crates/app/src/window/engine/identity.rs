@@ -2,8 +2,8 @@
 //! pictures that they are about.
 
 use super::request::Exposure;
-use crate::window::document::MethodChoice;
-use crate::window::numbers::significant;
+use crate::window::model::MethodChoice;
+use crate::window::model::numbers::significant;
 use defocus::display::Display;
 use defocus::viewing::Viewing;
 

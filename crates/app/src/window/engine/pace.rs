@@ -1,7 +1,7 @@
 //! How large a picture can be drawn without holding the interface up: learned from the
 //! times of the last ones.
 
-use crate::window::document::MethodChoice;
+use crate::window::model::MethodChoice;
 use glam::UVec2;
 use std::collections::BTreeMap;
 

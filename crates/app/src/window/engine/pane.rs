@@ -1,15 +1,15 @@
 //! One pane's pictures: the method's own, and what is seen of it.
 
-use super::beside::Errand;
+use super::errand::Errand;
 use super::figures::Judged;
 use super::figures::MapKind;
 use super::identity::{Identity, Pairing};
-use super::inside::{Reading, channel_of};
 use super::milestone::Milestone;
 use super::pace::{Pace, Workload};
 use super::progress::{Progressive, passed_power_of_two, progressive};
+use super::reading::{Reading, channel_of};
 use super::request::{Development, Exposure, Request};
-use crate::window::document::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
+use crate::window::model::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use defocus::combine;
 use defocus::display::Display;
 use defocus::gpu::{Frame, Texture};

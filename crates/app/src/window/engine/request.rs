@@ -1,6 +1,6 @@
 //! What the engine is asked for.
 
-use crate::window::document::{Document, MethodChoice, PaneId, PaneState};
+use crate::window::model::{Document, MethodChoice, PaneId, PaneState};
 use defocus::camera::Camera;
 use defocus::combine::Channel;
 use defocus::display::Display;

@@ -1,7 +1,7 @@
 //! What the pictures hold in numbers, read back when someone asks for it.
 
-use super::Engine;
-use crate::window::document::PaneId;
+use super::renderer::Engine;
+use crate::window::model::PaneId;
 use defocus::camera::Camera;
 use defocus::gpu::download;
 use defocus::image::ColorImage;

@@ -76,6 +76,16 @@ pub struct Claim {
     pub reason: String,
 }
 
+impl std::str::FromStr for PaperTable {
+    type Err = String;
+
+    /// The table of that name in [`ALL`].
+    fn from_str(name: &str) -> Result<Self, String> {
+        let found = ALL.iter().find(|(known, _)| *known == name).map(|(_, table)| *table);
+        found.ok_or_else(|| format!("there are {}", ALL.map(|(known, _)| known).join(", ")))
+    }
+}
+
 impl PaperTable {
     /// What to measure. `quick` caps scenes, sizes, lens points and runs.
     pub fn plan(self, quick: bool) -> Plan {

@@ -1,33 +1,9 @@
-//! Frames on their way through the GPU, and what their times teach.
+//! What the times of finished frames teach.
 
-use super::Engine;
-use crate::window::document::PaneId;
-use defocus::gpu::Timings;
-use std::ops::Range;
-use std::time::Instant;
+use super::renderer::Engine;
 
 /// A lost device never answers; after this long nobody waits for the times any more.
 const GIVE_UP_S: f32 = 10.0;
-
-/// A submitted frame whose times have not arrived.
-pub(super) struct InFlight {
-    pub parts: Vec<Part>,
-    pub timings: Timings,
-    pub cpu_ms: f64,
-    pub since: Instant,
-    /// Mean blur of the full pictures, px.
-    pub blur_px: f64,
-}
-
-/// Which passes of a frame are a pane's.
-pub(super) struct Part {
-    pub pane: PaneId,
-    /// How many times smaller than in full it is.
-    pub divisor: u32,
-    /// Lens points drawn, of a reference.
-    pub views: u32,
-    pub passes: Range<usize>,
-}
 
 impl Engine {
     /// Takes in the times that have arrived.

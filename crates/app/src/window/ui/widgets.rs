@@ -8,9 +8,6 @@ use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
 /// Height of an open list, points: all methods are in sight.
 const LIST_HEIGHT: f32 = 460.0;
 
-/// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 90.0;
-
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
     ui.horizontal(|ui| {
@@ -29,14 +26,6 @@ pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Res
         response.on_hover_text(help)
     })
     .inner
-}
-
-/// Gives a slider what a row has left beside its number.
-pub fn fit_slider(ui: &mut Ui) {
-    let spacing = ui.spacing().item_spacing.x;
-    // Numbers of one width, so that sliders and numbers stand in columns.
-    ui.spacing_mut().interact_size.x = NUMBER_WIDTH;
-    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
 /// A choice from a list of names; true if another one was chosen.

@@ -15,10 +15,11 @@ mod vr;
 
 pub use aperture::{ApertureChange, aperture_panel};
 pub use eye::{EyeSettings, eye_panel};
+pub(in crate::window) use fields::fit_slider;
 pub use fields::{Field, distance_text};
-pub use focus::{FocusMode, FocusSettings, Focusing, Follow, focus_panel};
+pub use focus::{Focusing, Follow, focus_panel};
 pub use inspector::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
-pub use lens::{DistanceUnit, LensChanges, LensPanel, LensReadings};
+pub use lens::{LensChanges, LensPanel, LensReadings};
 pub use plot::{PlotReadings, coc_plot};
 pub use presets::{PresetList, same_but_focus};
 pub use vr::{VrReadings, refresh_text, vr_panel};

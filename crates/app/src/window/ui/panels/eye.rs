@@ -1,8 +1,8 @@
 //! The eye and the display before it, and what follows from them.
 
 use super::fields::{Field, distance_text, named_row};
-use crate::window::numbers::significant;
-use crate::window::widgets::choice;
+use crate::window::model::numbers::significant;
+use crate::window::ui::widgets::choice;
 use defocus::eye::{
     BLUR_DETECTION_D, Comfort, ComfortZone, Eye, Pupil, Refraction, amplitude_d, conflict_d, eye_presets,
 };

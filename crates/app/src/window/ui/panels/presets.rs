@@ -1,6 +1,6 @@
 //! The list of lenses, those of the program and one's own.
 
-use crate::window::widgets::{combo, row};
+use crate::window::ui::widgets::{combo, row};
 use defocus::lens::Lens;
 use defocus::presets::{LensPreset, presets};
 use eframe::egui::PopupCloseBehavior::CloseOnClickOutside;

@@ -1,8 +1,8 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
-use crate::window::numbers::significant;
-use crate::window::widgets::choice;
+use crate::window::model::numbers::significant;
+use crate::window::ui::widgets::choice;
 use defocus::lens::Lens;
 use defocus::presets::{LensPreset, presets};
 use defocus::stereo::{IPD_MM, Layout, MEAN_IPD_MM, REFRESH_HZ, Stereo, refresh_met};

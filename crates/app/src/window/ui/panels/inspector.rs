@@ -1,7 +1,7 @@
 //! What lies under the pointer, in numbers, and how often values occur.
 
 use super::fields::distance_text;
-use crate::window::numbers::significant;
+use crate::window::model::numbers::significant;
 use defocus::display::{Display, LUMINANCE};
 use defocus::histogram::Histogram;
 use defocus::image::{ColorImage, Image};

@@ -1,6 +1,9 @@
 //! The state as a file that reopens exactly, and as a command line.
 
-use super::document::{Document, MethodChoice, PaneState};
+use super::document::Document;
+use super::method::MethodChoice;
+use super::pane::PaneState;
+use super::show::Show;
 use defocus::eye::Eye;
 use defocus::image_io::write_atomically;
 use defocus::methods;
@@ -237,7 +240,7 @@ pub fn left_out(document: &Document) -> Vec<&'static str> {
     let references = document.panes.iter().filter(|p| p.method.id == "accumulation").count();
     let whole = [
         (document.stereo.is_some() && document.camera.is_some() && compares(document, &methods), "the right eye"),
-        (document.panes.iter().any(|p| p.show != super::Show::Picture), "overlays and differences"),
+        (document.panes.iter().any(|p| p.show != Show::Picture), "overlays and differences"),
         (document.channel != Default::default(), "the choice of a channel"),
         (methods.len() < shown, "further panes of one method"),
         (references > 1 && document.panes.len() > 1, "further references"),

@@ -1,8 +1,7 @@
 //! Rows of a name, a slider and an exact number, which a double-click on the name resets.
 
-use super::super::numbers::{OtherUnit, exact, parsed, significant};
-use super::super::style::NAME_WIDTH;
-use super::super::widgets::fit_slider;
+use crate::window::model::numbers::{OtherUnit, exact, parsed, significant};
+use crate::window::ui::style::NAME_WIDTH;
 use eframe::egui::{Align, DragValue, Id, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
@@ -22,6 +21,9 @@ pub struct Field<'a> {
     /// What a double-click on the name sets.
     pub reset: Option<f64>,
 }
+
+/// Width of the number beside a slider, points.
+const NUMBER_WIDTH: f32 = 90.0;
 
 /// How much finer a slider moves while shift is held.
 const FINE: f64 = 0.1;
@@ -150,6 +152,14 @@ pub fn named_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui) -> Response)
     labelled_row(ui, name, |ui, label| {
         add(ui).labelled_by(label);
     })
+}
+
+/// Gives a slider what a row has left beside its number.
+pub fn fit_slider(ui: &mut Ui) {
+    let spacing = ui.spacing().item_spacing.x;
+    // Numbers of one width, so that sliders and numbers stand in columns.
+    ui.spacing_mut().interact_size.x = NUMBER_WIDTH;
+    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
 /// A distance in metres with its unit, in centimetres where that reads better.

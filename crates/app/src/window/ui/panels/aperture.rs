@@ -1,7 +1,7 @@
 //! The aperture editor: kind, parameters, and the shape itself.
 
 use super::fields::Field;
-use crate::window::widgets::choice;
+use crate::window::ui::widgets::choice;
 use defocus::aperture::{Aperture, BLADES, DEFAULT_SIGMA_PER_COC, MAX_SIGMA_PER_COC};
 use eframe::egui::{
     Color32, ColorImage, Context, Id, Rect, Role, Sense, TextureHandle, TextureOptions, Ui, WidgetInfo, pos2, vec2,

@@ -1,6 +1,7 @@
 //! What a pane shows of its method.
 
-use super::document::{MethodChoice, PaneId};
+use super::method::MethodChoice;
+use super::pane_id::PaneId;
 use defocus::methods::meaning;
 
 /// What a pane shows.

@@ -4,8 +4,9 @@
 use super::fields::{Field, distance_text, named_row};
 use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
-use crate::window::numbers::{OtherUnit, significant};
-use defocus::focus::{dioptres, metres};
+use crate::window::model::DistanceUnit;
+use crate::window::model::numbers::{OtherUnit, significant};
+use defocus::focus::dioptres;
 use defocus::lens::Lens;
 use defocus::presets::LensPreset;
 use eframe::egui::{RichText, Ui};
@@ -23,46 +24,6 @@ const FOV_DEG: (f64, f64) = (0.1, 175.0);
 
 /// Millimetres in an inch.
 const MM_PER_INCH: f64 = 25.4;
-
-/// Unit of the focus distance.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub enum DistanceUnit {
-    /// Metres.
-    #[default]
-    Metres,
-    /// Centimetres.
-    Centimetres,
-    /// Feet of 0.3048 m.
-    Feet,
-    /// Reciprocal metres; 0 is infinitely far.
-    Dioptres,
-}
-
-impl DistanceUnit {
-    /// All, with their symbols.
-    pub const ALL: [(Self, &'static str); 4] =
-        [(Self::Metres, "m"), (Self::Centimetres, "cm"), (Self::Feet, "ft"), (Self::Dioptres, "dpt")];
-
-    /// A distance in metres in this unit.
-    pub fn of_metres(self, distance_m: f64) -> f64 {
-        match self {
-            Self::Metres => distance_m,
-            Self::Centimetres => distance_m * 100.0,
-            Self::Feet => distance_m / 0.3048,
-            Self::Dioptres => dioptres(distance_m),
-        }
-    }
-
-    /// A distance of this unit in metres.
-    pub fn to_metres(self, value: f64) -> f64 {
-        match self {
-            Self::Metres => value,
-            Self::Centimetres => value * 0.01,
-            Self::Feet => value * 0.3048,
-            Self::Dioptres => metres(value),
-        }
-    }
-}
 
 /// What the panel is told about what is shown.
 #[derive(Clone, Copy, Debug)]

@@ -1,7 +1,7 @@
 //! What belongs to the person at the window and not to the picture in it: kept from one
 //! session to the next and left alone by undo.
 
-use super::panels::DistanceUnit;
+use super::units::DistanceUnit;
 use defocus::presets::LensPreset;
 use std::path::{Path, PathBuf};
 

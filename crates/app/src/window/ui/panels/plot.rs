@@ -1,7 +1,7 @@
 //! The CoC against depth, over the depths of the scene; the focus can be dragged in it.
 
 use super::fields::distance_text;
-use crate::window::numbers::significant;
+use crate::window::model::numbers::significant;
 use defocus::eye::{BLUR_DETECTION_D, ComfortZone};
 use defocus::histogram::Histogram;
 use defocus::lens::{CocOfDepth, Lens, MM_PER_M};

@@ -3,26 +3,25 @@
 //! What belongs to the person and not to the picture is in [`super::Preferences`];
 //! everything else the window has is computed from the two and can be thrown away.
 
-use super::panels::FocusSettings;
-use super::panes::PaneTree;
+use super::focus::FocusSettings;
+use super::method::MethodChoice;
+use super::pane::{DEFAULT_OPACITY, PaneState};
+use super::pane_id::PaneId;
+use super::pane_tree::PaneTree;
+use super::show::Show;
 use super::size::PictureSize;
 use defocus::camera::Camera;
 use defocus::combine;
 use defocus::display::Display;
 use defocus::eye::Pupil;
 use defocus::lens::Lens;
-use defocus::methods::{self, Method};
+use defocus::methods;
 use defocus::stereo::Stereo;
 use defocus::viewing::{PX_PER_DEGREE, Screen, Viewing};
 use defocus_study::DepthArgs;
-use std::collections::BTreeMap;
 
 /// Most panes shown at once.
 pub const MAX_PANES: usize = 6;
-
-/// Lens points that a reference converges to unless its pane says otherwise: with 256 its
-/// two halves agree to some 45 dB in the built-in scenes, above what any method reaches.
-pub const REFERENCE_SAMPLES: u32 = 256;
 
 /// What the user has chosen to see; plain data.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -228,6 +227,17 @@ impl Document {
         shown.or_else(|| self.measure.then(MethodChoice::reference))
     }
 
+    /// A method for a pane to be added: the reference first, then what is
+    /// not there yet.
+    pub fn method_to_add(&self, is_scene: bool) -> MethodChoice {
+        if is_scene && self.reference().is_none() {
+            return MethodChoice::reference();
+        }
+        let shown = |id: &str| self.panes.iter().any(|p| p.method.id == id);
+        let other = methods::all().iter().map(|m| m.about()).find(|a| !shown(a.id) && (is_scene || !a.needs_scene));
+        MethodChoice::new(other.map_or("pinhole", |about| about.id))
+    }
+
     /// Adds a pane, which becomes slot B; `None` where there is no room for one more.
     pub fn add_pane(&mut self, method: MethodChoice) -> Option<PaneId> {
         if self.panes.len() >= MAX_PANES {
@@ -271,50 +281,6 @@ impl Document {
 
 fn positive_or(value: f32, other: f32) -> f32 {
     if value > 0.0 && value.is_finite() { value } else { other }
-}
-
-/// Number of a pane, which stays its own while panes come and go.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
-pub struct PaneId(pub u32);
-
-impl PaneId {
-    /// The reference that converges where no pane shows it.
-    pub const HIDDEN: Self = Self(u32::MAX);
-}
-
-impl std::fmt::Display for PaneId {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.0.fmt(f)
-    }
-}
-
-/// A pane: a method and which of its aspects to show.
-#[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct PaneState {
-    /// Its number.
-    pub id: PaneId,
-    /// The method.
-    pub method: MethodChoice,
-    /// What of it is shown.
-    #[serde(default)]
-    pub show: Show,
-    /// How much an overlay hides of the picture, from 0 to 1: the overlay alone.
-    #[serde(default = "default_opacity")]
-    pub opacity: f32,
-}
-
-/// Enough to tell colours apart, and little enough to find one's way in the picture.
-pub const DEFAULT_OPACITY: f32 = 0.6;
-
-fn default_opacity() -> f32 {
-    DEFAULT_OPACITY
-}
-
-impl PaneState {
-    /// A pane that shows the method's picture.
-    pub fn new(id: PaneId, method: MethodChoice) -> Self {
-        Self { id, method, show: Show::Picture, opacity: DEFAULT_OPACITY }
-    }
 }
 
 /// How the panes lie.
@@ -363,56 +329,3 @@ impl Zoom {
         Self { scale, centre }
     }
 }
-
-/// A method with those of its parameters that differ from their defaults.
-#[derive(Clone, Debug, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-pub struct MethodChoice {
-    /// [`methods::About::id`].
-    pub id: String,
-    /// Values by key, as text that [`methods::set_param`] takes.
-    #[serde(default)]
-    pub params: BTreeMap<String, String>,
-}
-
-impl MethodChoice {
-    /// The method with its default parameters.
-    pub fn new(id: &str) -> Self {
-        Self { id: id.into(), params: BTreeMap::new() }
-    }
-
-    /// The reference: accumulation over [`REFERENCE_SAMPLES`] lens points.
-    pub fn reference() -> Self {
-        let params = [("samples".to_owned(), REFERENCE_SAMPLES.to_string())];
-        Self { id: "accumulation".into(), params: params.into() }
-    }
-
-    /// The method itself.
-    ///
-    /// # Errors
-    ///
-    /// A sentence, if there is no such method or parameter: documents come from files too.
-    pub fn build(&self) -> Result<Box<dyn Method>, String> {
-        let mut method = methods::by_id(&self.id).map_err(|e| e.to_string())?;
-        for (key, text) in &self.params {
-            methods::set_param(method.as_mut(), key, text).map_err(|e| e.to_string())?;
-        }
-        Ok(method)
-    }
-
-    /// Whether a parameter that is a switch, off by default, is on.
-    pub fn is_on(&self, key: &str) -> bool {
-        self.params.get(key).is_some_and(|text| text == "on")
-    }
-
-    /// A parameter that counts something, where it differs from its default.
-    pub fn count(&self, key: &str) -> Option<u32> {
-        self.params.get(key)?.parse().ok()
-    }
-
-    /// Its name for people; the id where there is no such method.
-    pub fn title(&self) -> String {
-        methods::by_id(&self.id).map_or_else(|_| self.id.clone(), |m| m.about().title.to_owned())
-    }
-}
-
-pub use super::show::{Channel, Difference, DifferenceKind, Inside, Show};

@@ -1,6 +1,6 @@
 //! What a method cannot show of what is asked for, in words.
 
-use super::document::MethodChoice;
+use super::method::MethodChoice;
 use defocus::aperture::Aperture;
 use defocus::eye::Eye;
 use defocus::methods::{self, Apertures};

@@ -1,0 +1,32 @@
+//! What the window shows and what belongs to the person at it: plain data that is saved,
+//! restored and undone. Imports nothing of the engine or the interface.
+
+mod document;
+mod focus;
+mod limits;
+mod method;
+pub(super) mod numbers;
+mod pane;
+mod pane_id;
+mod pane_tree;
+mod picture_kind;
+mod preferences;
+mod show;
+mod size;
+pub(super) mod state;
+mod tiles;
+mod units;
+
+pub use document::{Arrangement, Document, MAX_PANES, Zoom};
+pub use focus::{FocusMode, FocusSettings};
+pub use limits::{aperture_limit, astigmatism_limit};
+pub use method::{MethodChoice, REFERENCE_SAMPLES};
+pub use pane::{DEFAULT_OPACITY, PaneState};
+pub use pane_id::PaneId;
+pub use pane_tree::PaneTree;
+pub use picture_kind::PictureKind;
+pub use preferences::{Navigation, Preferences, Theme};
+pub use show::{Channel, Difference, DifferenceKind, Inside, Show};
+pub use size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
+pub(super) use tiles::tree_of;
+pub use units::DistanceUnit;

@@ -1,0 +1,34 @@
+//! How the panes of a document lie beside each other.
+
+use super::document::Document;
+use super::pane_id::PaneId;
+use super::pane_tree::PaneTree;
+use eframe::egui::Id;
+use egui_tiles::Tile;
+
+/// An even arrangement of the document's panes.
+fn even(document: &Document) -> PaneTree {
+    let ids: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
+    match ids.len() {
+        0..=2 => PaneTree::new_horizontal(Id::unique("panes"), ids),
+        _ => PaneTree::new_grid(Id::unique("panes"), ids),
+    }
+}
+
+/// The document's tiles if they hold exactly its panes, else an even arrangement.
+pub fn tree_of(document: &Document) -> PaneTree {
+    let Some(tree) = &document.tiles else { return even(document) };
+    let mut held: Vec<PaneId> = tree.tiles.tiles().filter_map(pane_of).collect();
+    let mut wanted: Vec<PaneId> = document.panes.iter().map(|p| p.id).collect();
+    held.sort();
+    wanted.sort();
+    if held == wanted && tree.root().is_some() { tree.clone() } else { even(document) }
+}
+
+/// The pane in a tile.
+fn pane_of(tile: &Tile<PaneId>) -> Option<PaneId> {
+    match tile {
+        Tile::Pane(id) => Some(*id),
+        Tile::Container(_) => None,
+    }
+}
