@@ -274,7 +274,7 @@ fn saved_lenses_use_the_papers_symbols() {
 fn presets_are_lenses_with_sources() {
     let all = presets();
     let names: Vec<_> = all.iter().map(|p| p.name.as_str()).collect();
-    assert_eq!(names, ["projection", "hmd", "hmd-index", "hmd-xr4", "monitor", "camera-50mm"]);
+    assert_eq!(names, ["projection", "hmd", "hmd-index", "hmd-xr4", "monitor", "monitor-hdr", "camera-50mm"]);
     for preset in &all {
         preset.lens.check().unwrap();
         assert!(!preset.title.is_empty() && !preset.source.is_empty(), "{}", preset.name);
