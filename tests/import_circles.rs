@@ -291,7 +291,7 @@ impl Crate {
     fn defining(&self, path: &[String], depth: u32) -> Option<Module> {
         let mut module = Module::new();
         for (place, name) in path.iter().enumerate() {
-            let child = [module.as_slice(), &[name.clone()]].concat();
+            let child = [module.as_slice(), std::slice::from_ref(name)].concat();
             if self.sources.contains_key(&child) {
                 module = child;
                 continue;
@@ -323,18 +323,17 @@ fn circles(all: &Crate) -> Vec<Vec<PathBuf>> {
     for through in 0..modules.len() {
         for from in 0..modules.len() {
             if reaches[from][through] {
-                for to in 0..modules.len() {
-                    reaches[from][to] |= reaches[through][to];
-                }
+                let further = reaches[through].clone();
+                reaches[from].iter_mut().zip(further).for_each(|(reached, also)| *reached |= also);
             }
         }
     }
     let mut found: Vec<Vec<PathBuf>> = Vec::new();
     let mut seen = BTreeSet::new();
-    for from in 0..modules.len() {
-        if reaches[from][from] && seen.insert(from) {
+    for (from, reached) in reaches.iter().enumerate() {
+        if reached[from] && seen.insert(from) {
             let group: Vec<usize> =
-                (0..modules.len()).filter(|to| *to == from || (reaches[from][*to] && reaches[*to][from])).collect();
+                (0..modules.len()).filter(|to| *to == from || (reached[*to] && reaches[*to][from])).collect();
             seen.extend(&group);
             found.push(group.iter().map(|at| all.sources[modules[*at]].file.clone()).collect());
         }

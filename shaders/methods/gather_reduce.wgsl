@@ -24,6 +24,8 @@ const SPRITE_CORNERS = 4u;
 /// Side of a workgroup, and its texels.
 const SIDE = 8u;
 const TEXELS = 64u;
+/// The binary logarithm of that.
+const ROUNDS = 6u;
 
 /// The texels of the workgroup, then of each level the first ones.
 var<workgroup> texels: array<vec4f, TEXELS>;
@@ -98,7 +100,8 @@ fn greatest_of(color: vec3f) -> f32 {
 
 /// Sums `sums` and finds the bounds over the workgroup; the result is in the first.
 fn sum_up(index: u32) {
-    for (var half = TEXELS / 2u; half > 0u; half /= 2u) {
+    for (var k = 0u; k < ROUNDS; k++) {
+        let half = (TEXELS / 2u) >> k;
         workgroupBarrier();
         if index < half {
             sums[index] += sums[index + half];

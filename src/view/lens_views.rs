@@ -1,9 +1,10 @@
 //! Views from many points of a lens at little cost to the CPU: what may be in any of them is
-//! found and recorded once, as a render bundle; a view then is that bundle with its own eye.
+//! found, sorted and uploaded once; a view then draws that with its own eye. It is not a render
+//! bundle: finishing one on a lost device panics (wgpu 30).
 
 use super::Layer;
 use super::pipelines::{COLOR, DEPTH_BUFFER, LayerKind, STORED_DEPTH};
-use super::raster::{SceneSource, Shot, begin_pass};
+use super::raster::{SceneSource, Shot, Visible, begin_pass};
 use crate::camera::Projection;
 use crate::gpu::{Frame, Piece, Resource};
 use glam::Vec4;
@@ -32,10 +33,11 @@ impl Eyes {
 pub(super) struct LensViews {
     projection: Projection,
     eyes: Eyes,
-    bundle: wgpu::RenderBundle,
+    drawn: Visible,
+    bind_group: wgpu::BindGroup,
+    instances: wgpu::Buffer,
     /// A [`ViewUniform`](super::pipelines::ViewUniform): that of the view which is drawn next.
     view: wgpu::Buffer,
-    triangles: u64,
 }
 
 impl SceneSource {
@@ -49,14 +51,15 @@ impl SceneSource {
             depth: frame.texture("layer depth", size, STORED_DEPTH),
         };
         let depth_buffer = frame.texture("depth buffer", size, DEPTH_BUFFER);
-        frame.stats.triangles += common.triangles;
+        frame.stats.triangles += common.drawn.triangles(&self.scene);
         frame.stats.views += 1;
         let uniform = self.uniform(shot);
         let Piece { buffer, offset } = frame.data(bytemuck::bytes_of(&uniform));
         let bytes = common.view.size();
         frame.encoder().copy_buffer_to_buffer(&buffer, u64::from(offset), &common.view, 0, bytes);
         let mut pass = begin_pass(frame, label, &[&layer.color, &layer.depth], &depth_buffer);
-        pass.execute_bundles([&common.bundle]);
+        pass.set_bind_group(0, &common.bind_group, &[0]);
+        common.drawn.encode(&mut pass, &self.scene, common.instances.slice(..));
         drop(pass);
         layer
     }
@@ -67,12 +70,12 @@ impl SceneSource {
         if let Some(common) = kept.as_ref().filter(|c| c.projection == *shot.projection && c.eyes == eyes) {
             return common.clone();
         }
-        let common = Arc::new(self.record_bundle(frame, shot, eyes));
+        let common = Arc::new(self.find_common(frame, shot, eyes));
         *kept = Some(common.clone());
         common
     }
 
-    fn record_bundle(&self, frame: &mut Frame<'_>, shot: &Shot<'_>, eyes: Eyes) -> LensViews {
+    fn find_common(&self, frame: &mut Frame<'_>, shot: &Shot<'_>, eyes: Eyes) -> LensViews {
         let gpu = frame.gpu();
         let centre = Shot {
             clip_from_view: shot.projection.clip_from_view(&crate::lens::Lens::PINHOLE, glam::DVec2::ZERO),
@@ -86,20 +89,6 @@ impl SceneSource {
         let instances = gpu.lasting_buffer("instances", rows, wgpu::BufferUsages::VERTEX);
         let whole = Resource::Uniform(Piece { buffer: view.clone(), offset: 0 }, bytes.len() as u32);
         let bind_group = self.bind_frame(frame, whole, None);
-        let mut encoder = gpu.device().create_render_bundle_encoder(&wgpu::RenderBundleEncoderDescriptor {
-            label: Some("lens views"),
-            color_formats: &[Some(COLOR), Some(STORED_DEPTH)],
-            depth_stencil: Some(wgpu::RenderBundleDepthStencil {
-                format: DEPTH_BUFFER,
-                depth_read_only: false,
-                stencil_read_only: true,
-            }),
-            sample_count: 1,
-            multiview: None,
-        });
-        encoder.set_bind_group(0, &bind_group, &[0]);
-        drawn.encode(&mut encoder, &self.scene, instances.slice(..));
-        let bundle = encoder.finish(&wgpu::RenderBundleDescriptor { label: Some("lens views") });
-        LensViews { projection: *shot.projection, eyes, bundle, view, triangles: drawn.triangles() }
+        LensViews { projection: *shot.projection, eyes, drawn, bind_group, instances, view }
     }
 }

@@ -135,7 +135,7 @@ impl SceneSource {
         let depth_buffer =
             frame.texture("depth buffer", shot.projection.outer_size() * shot.texels_a_side, DEPTH_BUFFER);
         let drawn = self.visible(shot, kind, None);
-        frame.stats.triangles += drawn.triangles();
+        frame.stats.triangles += drawn.triangles(&self.scene);
         frame.stats.views += 1;
         let instances = frame.data(bytemuck::cast_slice(&drawn.rows));
         let view = frame.uniform(&self.uniform(shot));
@@ -162,12 +162,12 @@ impl SceneSource {
     }
 
     /// What is drawn in `shot`, or from all `eyes` on a lens whose centre sees it.
-    pub(super) fn visible(&self, shot: &Shot<'_>, kind: LayerKind, eyes: Option<&Eyes>) -> Visible<'_> {
+    pub(super) fn visible(&self, shot: &Shot<'_>, kind: LayerKind, eyes: Option<&Eyes>) -> Visible {
         let items = self.cull(&shot.clip_from_view, &shot.query, eyes);
         let rows = items.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
         let pipelines = &self.scene.pipelines;
-        let of_item = |v: &VisibleItem<'_>| {
-            let variant = Variant { fine: shot.texels_a_side > 1, ..v.item.variant };
+        let of_item = |v: &VisibleItem| {
+            let variant = Variant { fine: shot.texels_a_side > 1, ..self.scene.draws[v.index].variant };
             pipelines.get(kind, Drawn::Surfaces(variant))
         };
         // The background lies at z = 0 and belongs to layers that reach infinity.
@@ -193,21 +193,21 @@ impl SceneSource {
     /// What may touch the layer's part of the frustum, or of those of all `eyes` around its
     /// own, opaque before masked, nearest first: hidden fragments then fail the depth test
     /// before they are shaded.
-    fn cull(&self, clip_from_view: &Mat4, query: &LayerQuery<'_>, eyes: Option<&Eyes>) -> Vec<VisibleItem<'_>> {
+    fn cull(&self, clip_from_view: &Mat4, query: &LayerQuery<'_>, eyes: Option<&Eyes>) -> Vec<VisibleItem> {
         let planes = frustum(clip_from_view, query);
         let nearest_first = |a: &(f32, u32), b: &(f32, u32)| a.0.total_cmp(&b.0);
         let shift_m = |sphere: Vec4| eyes.map_or(0.0, |eyes| eyes.shift_m(sphere));
-        let visible = |item| {
-            let item: &DrawItem = item;
+        let visible = |(index, item): (usize, &DrawItem)| {
             let spheres = item.instances.iter().map(|&i| (self.spheres[i as usize], i));
             let spheres = spheres.filter(|s| inside(&planes, s.0, shift_m(s.0)));
             let mut instances: Vec<_> = spheres.map(|(s, i)| (s.truncate().length() - s.w, i)).collect();
             instances.sort_by(nearest_first);
-            VisibleItem { item, instances }
+            VisibleItem { index, instances }
         };
-        let mut items: Vec<_> = self.scene.draws.iter().map(visible).filter(|v| !v.instances.is_empty()).collect();
+        let mut items: Vec<_> =
+            self.scene.draws.iter().enumerate().map(visible).filter(|v| !v.instances.is_empty()).collect();
         items.sort_by(|a, b| {
-            let masked = |v: &VisibleItem<'_>| v.item.variant.masked;
+            let masked = |v: &VisibleItem| self.scene.draws[v.index].variant.masked;
             masked(a).cmp(&masked(b)).then(nearest_first(&a.instances[0], &b.instances[0]))
         });
         items
@@ -280,8 +280,8 @@ pub(super) fn begin_pass<'f>(
 type Rows = [[f32; 4]; 3];
 
 /// What a layer is drawn from, in order.
-pub(super) struct Visible<'a> {
-    items: Vec<VisibleItem<'a>>,
+pub(super) struct Visible {
+    items: Vec<VisibleItem>,
     /// Of each item.
     pipelines: Vec<wgpu::RenderPipeline>,
     sky: Option<wgpu::RenderPipeline>,
@@ -289,9 +289,10 @@ pub(super) struct Visible<'a> {
     pub rows: Vec<Rows>,
 }
 
-impl Visible<'_> {
-    pub(super) fn triangles(&self) -> u64 {
-        self.items.iter().map(VisibleItem::triangles).sum()
+impl Visible {
+    pub(super) fn triangles(&self, scene: &GpuScene) -> u64 {
+        let of_item = |v: &VisibleItem| v.instances.len() as u64 * scene.draws[v.index].triangles();
+        self.items.iter().map(of_item).sum()
     }
 
     /// Draws it, where group 0 is bound already; `instances` hold the rows.
@@ -305,7 +306,8 @@ impl Visible<'_> {
         pass.set_vertex_buffer(1, Some(instances));
         pass.set_index_buffer(scene.indices.slice(..), wgpu::IndexFormat::Uint32);
         let mut first = 0;
-        for (VisibleItem { item, instances }, pipeline) in self.items.iter().zip(&self.pipelines) {
+        for (VisibleItem { index, instances }, pipeline) in self.items.iter().zip(&self.pipelines) {
+            let item = &scene.draws[*index];
             let end = first + instances.len() as u32;
             pass.set_pipeline(pipeline);
             pass.set_bind_group(1, Some(&scene.materials[item.material]), &[]);
@@ -321,15 +323,10 @@ impl Visible<'_> {
 }
 
 /// The instances of one draw item that are in view, with their distances.
-struct VisibleItem<'a> {
-    item: &'a DrawItem,
+struct VisibleItem {
+    /// Of the scene's draws.
+    index: usize,
     instances: Vec<(f32, u32)>,
-}
-
-impl VisibleItem<'_> {
-    fn triangles(&self) -> u64 {
-        self.instances.len() as u64 * u64::from(self.item.indices.end - self.item.indices.start) / 3
-    }
 }
 
 /// Bound where there are no lights: an empty binding is not allowed.

@@ -52,6 +52,13 @@ pub(super) struct DrawItem {
     pub instances: Vec<u32>,
 }
 
+impl DrawItem {
+    /// Triangles of an instance.
+    pub(super) fn triangles(&self) -> u64 {
+        u64::from(self.indices.end - self.indices.start) / 3
+    }
+}
+
 pub(super) struct GpuInstance {
     pub world_from_object: glam::DAffine3,
     /// Object-space bounding sphere.

@@ -49,7 +49,7 @@ fn quality_is_that_of_the_authors_program() {
 
 /// A grating of `period` px, blurred or not: what a finer display hides.
 fn grating(size: UVec2, period: u32, contrast: f32) -> ColorImage {
-    let value = |x: u32| 0.3 * (1.0 + if x / (period / 2) % 2 == 0 { contrast } else { -contrast });
+    let value = |x: u32| 0.3 * (1.0 + if (x / (period / 2)).is_multiple_of(2) { contrast } else { -contrast });
     ColorImage::from_fn(size, |x, _| Vec3::splat(value(x)))
 }
 
