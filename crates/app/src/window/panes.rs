@@ -351,7 +351,7 @@ impl FootText {
 
 /// A verdict in words. `goal`: lens points that the truth will have.
 fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
-    let help = "How visible the difference is on the display (ColorVideoVDP), then PSNR, SSIM and FLIP of what it shows, against the reference with so many lens points.";
+    let help = "PSNR of what the display shows, how visible the difference is on it (ColorVideoVDP), SSIM and FLIP, against the reference with so many lens points.";
     match verdict {
         Verdict::Unasked => {
             FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
@@ -385,8 +385,8 @@ fn figures_in_words(figures: &Figures) -> String {
     };
     let ssim = figures.ssim.map_or_else(String::new, |s| format!(" · SSIM {s:.3}"));
     let ppd = significant(figures.px_per_degree);
-    let jod = figures.jod.map_or_else(String::new, |jod| format!("{jod:.2} JOD · "));
-    format!("{jod}{psnr}{ssim} · FLIP {:.3} at {ppd} px/deg", figures.flip)
+    let jod = figures.jod.map_or_else(String::new, |jod| format!(" · {jod:.2} JOD"));
+    format!("{psnr}{jod}{ssim} · FLIP {:.3} at {ppd} px/deg", figures.flip)
 }
 
 fn has_details(show: &Show) -> bool {
