@@ -353,9 +353,9 @@ pub struct StressArgs {
     /// The methods, separated by commas, or all
     #[arg(long, value_name = "A,B|all", default_value = "all")]
     pub methods: String,
-    /// Seed of the random cases
-    #[arg(long, value_name = "N", default_value_t = 1)]
-    pub seed: u64,
+    /// Seed of the random cases [default: 1; quick: the number of the day, so that each day has others]
+    #[arg(long, value_name = "N")]
+    pub seed: Option<u64>,
     /// One part alone [default: all three]
     #[arg(long, value_name = "PART")]
     pub only: Option<StressPart>,

@@ -11,7 +11,7 @@ use defocus_study::stress::precision::{ACCEPTABLE_LOSS_DB, PrecisionRow, measure
 use defocus_study::stress::soak::{GROWTH_A_FRAME_BYTES, Soak, soak};
 use defocus_study::stress::{self, Outcome, StressRequest};
 use serde::Serialize;
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 /// Frames of the soak after its warm-up.
 const SOAK_FRAMES: u32 = 1000;
@@ -43,7 +43,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     let mut found = StressJson {
         adapter: gpu.adapter().clone(),
         quick: args.quick,
-        seed: args.seed,
+        seed: seed(args),
         seconds: 0.0,
         complete: false,
         outcome: None,
@@ -70,13 +70,22 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     verdict(&found)
 }
 
+/// Seconds of a day.
+const DAY_S: u64 = 24 * 60 * 60;
+
+/// The seed that is asked for, or that of the day.
+fn seed(args: &StressArgs) -> u64 {
+    let since_1970 = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH).unwrap_or_default();
+    args.seed.unwrap_or(if args.quick { since_1970.as_secs() / DAY_S } else { 1 })
+}
+
 /// Runs the parts that are wanted. What they found is in `found` also if they are stopped.
 fn find(args: &StressArgs, gpu: &Gpu, methods: &[Box<dyn Method>], found: &mut StressJson) -> anyhow::Result<()> {
     let bar = Bar::new(args.run.quiet);
     let wanted = |part| args.only.is_none_or(|only| only == part);
     if wanted(StressPart::Cases) {
         let gpus = stress::devices(gpu.clone(), args.run.adapter.as_deref())?;
-        let request = StressRequest { methods, quick: args.quick, seed: args.seed };
+        let request = StressRequest { methods, quick: args.quick, seed: found.seed };
         let outcome = found.outcome.insert(Outcome::default());
         stress::run(&gpus, &request, outcome, &mut |step| bar.step(step))?;
     }
@@ -91,6 +100,7 @@ fn find(args: &StressArgs, gpu: &Gpu, methods: &[Box<dyn Method>], found: &mut S
 
 fn summarise(result: &StressJson) -> anyhow::Result<()> {
     print(&format!("Adapter: {} ({})", result.adapter.name, result.adapter.driver))?;
+    print(&format!("Seed: {} (--seed {} repeats it)", result.seed, result.seed))?;
     if let Some(outcome) = &result.outcome {
         report_outcome(outcome)?;
     }
