@@ -19,7 +19,7 @@ use defocus::lens::Lens;
 use defocus::methods::Method;
 use defocus::scene::{Instance, Material, Mesh, Scene, Vertex};
 use defocus::view::{GpuScene, SurfaceOptions, View};
-use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3, dvec2};
+use glam::{DAffine3, DVec2, DVec3, UVec2, Vec3, Vec4, dvec2};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -120,8 +120,12 @@ impl Stage {
         };
         let quad = |from: DVec2, to: DVec2, depth_m: f64, material| {
             let corners = [dvec2(from.x, to.y), to, dvec2(to.x, from.y), from];
-            let vertex =
-                |p: DVec2| Vertex { position: on_wall(p, depth_m).as_vec3(), normal: Vec3::Z, ..Vertex::default() };
+            let vertex = |p: DVec2| Vertex {
+                position: on_wall(p, depth_m).as_vec3(),
+                normal: Vec3::Z,
+                color: Vec4::ONE,
+                ..Vertex::default()
+            };
             Mesh {
                 name: "quad".into(),
                 vertices: corners.map(vertex).into(),
