@@ -117,7 +117,7 @@ uniform! {
 
 impl View {
     /// The nearest layers; an image's have one texel a pixel, and what it hides is guessed
-    /// ([`super::hidden`]). Kept until the view or the order changes. Errors if the fine layers exceed the adapter's texture size.
+    /// (`view/hidden.rs`). Kept until the view or the order changes. Errors if the fine layers exceed the adapter's texture size.
     pub fn peeled(&mut self, frame: &mut Frame<'_>, order: &PeelOrder) -> Result<Peeled, ViewError> {
         let order = if self.is_scene() {
             let (count, fineness) = (order.count.max(1), order.fineness.max(1));

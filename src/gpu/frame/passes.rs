@@ -102,7 +102,7 @@ impl Pass<'_, '_> {
     }
 
     /// Runs the grid of workgroups whose three u32 lie at byte `offset` of `counts`, a buffer
-    /// of [`Gpu::indirect_buffer`]. They must not exceed the adapter's greatest grid: 65535
+    /// of [`Gpu::indirect_buffer`](crate::gpu::Gpu::indirect_buffer). They must not exceed the adapter's greatest grid: 65535
     /// on each axis anywhere.
     pub fn dispatch_indirect(self, counts: &Buffer, offset: u64) {
         self.frame.clear_unclean(counts);
@@ -194,7 +194,7 @@ impl Draw<'_, '_> {
         self.run(|pass| pass.draw(0..vertices, 0..instances));
     }
 
-    /// Draws what four u32 at byte `offset` of `counts`, a buffer of [`Gpu::indirect_buffer`],
+    /// Draws what four u32 at byte `offset` of `counts`, a buffer of [`Gpu::indirect_buffer`](crate::gpu::Gpu::indirect_buffer),
     /// say: vertices, instances, first vertex and first instance (which must be 0). Panics with
     /// more than four targets.
     pub fn vertices_indirect(self, counts: &Buffer, offset: u64) {
