@@ -19,8 +19,8 @@ fn emitted_share(s: f32, squares: bool) -> f32 {
     return select(clamp(2.0 * abs(s) - 2.0, 0.0, 1.0), select(0.0, 1.0, abs(s) > IN_FOCUS_S), squares);
 }
 
-/// |s|, px, up to which a pixel shows the pinhole's colour: `COPY_RADIUS_PX` in
-/// src/methods/adaptive/tiles.rs.
+/// |s|, px, up to which the light of a square does not leave it: through lenses of up to twice the
+/// unit radius rays end within half a pixel of the pixel's centre.
 const IN_FOCUS_S = 0.25;
 
 /// Light kept apart in one pixel of the outer frame: sums over samples.

@@ -42,7 +42,7 @@ pub struct PeelOrder {
     pub count: u32,
     /// Texels a pixel on each side.
     pub fineness: u32,
-    /// Draws of the first layer on each axis, moved by parts of a texel, 1 to
+    /// Samples of the first layer a texel on each axis, 1 to
     /// [`MAX_DRAWS`].
     pub draws: u32,
     /// How far a layer lies behind the one before it at least.
@@ -117,7 +117,8 @@ uniform! {
 
 impl View {
     /// The nearest layers; an image's have one texel a pixel, and what it hides is guessed
-    /// (`view/hidden.rs`). Kept until the view or the order changes. Errors if the fine layers exceed the adapter's texture size.
+    /// (`view/hidden.rs`). Kept until the view or the order changes. Errors if the fine layers
+    /// exceed the adapter's texture size.
     pub fn peeled(&mut self, frame: &mut Frame<'_>, order: &PeelOrder) -> Result<Peeled, ViewError> {
         let order = if self.is_scene() {
             let (count, fineness) = (order.count.max(1), order.fineness.max(1));
@@ -168,7 +169,9 @@ impl View {
                     let surfaces = LayerQuery { below: Some(&below), ..LayerQuery::NEAREST };
                     self.fine_layer(frame, &format!("peel {}", index + 1), fineness, surfaces)?
                 } else {
-                    hidden::behind(frame, &nearer, &below, separation.z)
+                    // With its lights: the mean of the first layer is without them.
+                    let seen = if index == 0 { &all_samples } else { &nearer };
+                    hidden::behind(frame, seen, &below, separation.z)
                 };
             }
         }

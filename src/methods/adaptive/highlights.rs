@@ -60,10 +60,12 @@ impl Highlights {
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
         let searched_tiles = UVec2::from(adaptive.tiles) + 2 * margin_tiles;
         // A pixel in the frame may be an emitter of its own; beyond it a tile has one of 8 px and
-        // four of 4 px at most. Of hidden layers there are few.
+        // four of 4 px at most. An image may hide as much light as it shows; of a scene's hidden
+        // layers, which are drawn near edges alone, room for as many would be four times the memory.
+        let layers = if adaptive.is_image == 0 { 1 } else { u64::from(adaptive.layers) };
         let outer = u64::from(adaptive.tiles[0]) * u64::from(adaptive.tiles[1]);
         let stretched = u64::from(searched_tiles.x) * u64::from(searched_tiles.y) - outer;
-        let most_emitters = u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched;
+        let most_emitters = layers * (u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched);
         let searched = searched_tiles * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {

@@ -69,7 +69,7 @@ pub struct Adaptive {
     pub layers: u32,
     /// Texels of the layers a pixel on each side, 1 to 3.
     pub fineness: u32,
-    /// Times on each axis that the first layer is drawn, moved by parts of a texel, 1 to 4.
+    /// Samples of the first layer a texel on each axis, 1 to 4.
     pub draws: u32,
     /// Times as many lens points in tiles that are noisy with those: 1 to 4.
     pub refine: u32,
@@ -141,7 +141,7 @@ impl Method for Adaptive {
             title: "Adaptive lens rays",
             paper: "",
             summary: "Traces a few lens rays a pixel through peeled layers, only where the blur needs them, and filters what they hit by depth.",
-            limits: "Four surfaces behind one another; with an image as input what the foreground hides is missing. Shading does not depend on the lens point.",
+            limits: "Four surfaces behind one another; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -184,7 +184,7 @@ impl Method for Adaptive {
                 "on each axis",
                 &mut self.draws,
                 (1, MAX_DRAWS),
-                "Draws the nearest layer this often on each axis, moved by parts of a texel: thin things nearly in focus lie where they are, blurred surfaces show the mean, and glints and small lights as much light as they have. Costs memory, and time only when the view changes.",
+                "Samples the nearest layer this often a texel on each axis: thin things nearly in focus lie where they are, blurred surfaces show the mean, and glints and small lights as much light as they have. Costs memory, and time only when the view changes.",
             ),
             Param::int(
                 "refine",

@@ -119,3 +119,19 @@ fn behind_what_an_image_shows_goes_on_what_is_beside_it() {
         assert!(guessed >= 40.0 && guessed >= seen + 3.0, "{name}: {seen} dB, with what is hidden {guessed} dB");
     }
 }
+
+/// A wall brighter than white goes on as bright behind a dark card: what is kept apart of its light
+/// is not lost where it is hidden.
+#[test]
+fn light_that_an_image_hides_goes_on() {
+    const WALL: f32 = 6.0;
+    let wall = quad(6.0, vec2(-40.0, -40.0), vec2(40.0, 40.0), 1);
+    let card = covering(0.9, [-80.0, -80.0], [3.0, 80.0], 0);
+    let mut scene = view_of(vec![wall, card], vec![unlit(Vec3::splat(0.02)), unlit(Vec3::splat(WALL))]);
+    let truth = render(&Accumulation { samples: 512, ..Accumulation::default() }, &mut scene, &lens());
+    let mut image = scene.as_image(gpu()).unwrap();
+    let blurred = render(&Adaptive::default(), &mut image, &lens());
+    let kept = light(&blurred, 0.0) / light(&truth, 0.0);
+    println!("{kept:.4} of the light");
+    assert!((kept - 1.0).abs() <= 0.02, "{kept} of the light is left");
+}
