@@ -15,13 +15,14 @@ fn over_limit(color: vec3f) -> vec3f {
 /// where rays read it as it is, no step on the way, and all where they read layers, which
 /// hold means without lights (`FINE_UP_TO_S`). The pixels of an image are `squares`, whose light is
 /// known exactly wherever it leaves them.
-fn emitted_share(s: f32, squares: bool) -> f32 {
-    return select(clamp(2.0 * abs(s) - 2.0, 0.0, 1.0), select(0.0, 1.0, abs(s) > IN_FOCUS_S), squares);
+fn emitted_share(s: f32, lens_radius: f32, squares: bool) -> f32 {
+    let leaves = abs(s) * max(lens_radius, 1.0) > IN_FOCUS_PX;
+    return select(clamp(2.0 * abs(s) - 2.0, 0.0, 1.0), select(0.0, 1.0, leaves), squares);
 }
 
-/// |s|, px, up to which the light of a square does not leave it: through lenses of up to twice the
-/// unit radius rays end within half a pixel of the pixel's centre.
-const IN_FOCUS_S = 0.25;
+/// Radius of a blur, px, up to which the light of a pixel is read by rays and not brought by the
+/// square: half of what keeps a ray's end within its pixel.
+const IN_FOCUS_PX = 0.25;
 
 /// Light kept apart in one pixel of the outer frame: sums over samples.
 struct Light {
@@ -113,14 +114,15 @@ fn circle_before(r: f32, corner: vec2f) -> f32 {
     return select(cut + y * (c + w), 2.0 * half_circle_area(r, x) - cut + y * (c + w), y >= 0.0);
 }
 
-/// Density, over the square of the lens's radius, of a disc lens seen from `offset` px beside a
-/// pixel, averaged over its square: exact for any blur.
-fn disc_density_of_pixel(s: f32, offset: vec2f, lens_radius: f32) -> f32 {
-    let r = abs(s) * lens_radius;
-    let low = offset - 0.5;
-    let high = offset + 0.5;
+/// Density, over the square of the lens's radius, of a disc lens seen from `offset` px beside the
+/// emitter, averaged over its square: exact for any blur.
+fn disc_density_of_square(emitter: Emitter, offset: vec2f, lens_radius: f32) -> f32 {
+    let r = abs(emitter.s) * lens_radius;
+    let side = side_of(emitter);
+    let low = offset - 0.5 * side;
+    let high = low + side;
     let area = circle_before(r, high) - circle_before(r, vec2f(low.x, high.y)) - circle_before(r, vec2f(high.x, low.y))
         + circle_before(r, low);
     // What is left of a difference of equal areas is rounding.
-    return select(0.0, area, area > 1e-5 * r * r) / (PI * lens_radius * lens_radius);
+    return select(0.0, area, area > 1e-5 * r * r) / (side * side * PI * lens_radius * lens_radius);
 }

@@ -408,5 +408,5 @@ fn corner_weight(b: Bilinear, i: i32) -> f32 {
 }
 
 fn without_lights(color: vec3f, s: f32, limited: bool) -> vec3f {
-    return select(color, color - emitted_share(s, adaptive.is_image != 0u) * over_limit(color), limited);
+    return select(color, color - emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
 }

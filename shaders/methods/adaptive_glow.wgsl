@@ -9,21 +9,37 @@
 @group(0) @binding(1) var<uniform> highlights: Highlights;
 @group(0) @binding(2) var<storage, read> emitter_lists: array<u32>;
 @group(0) @binding(3) var<storage, read> emitters: array<Emitter>;
-/// Density of lens points over the square of v from -2 to 2 lens radii, with mipmaps.
+/// Share of the lens's light that passes below and to the left, at the corners of a grid over the
+/// square of v from -1 to 1 lens radii.
 @group(0) @binding(4) var aperture: texture_2d<f32>;
 /// For each inner tile the length of its list.
 @group(0) @binding(6) var<storage, read> listed_counts: array<u32>;
 @group(0) @binding(5) var new_glow: texture_storage_2d<rgba16float, write>;
 
-/// Density of any lens at `v`, averaged over the emitter.
-fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
-    // The emitter covers a square of the lens, and mipmaps hold means over such: one level
-    // finer, as the bilinear read widens it to nearly the square's own variance.
-    let texel_v = 4.0 * adaptive.lens_radius / f32(textureDimensions(aperture).x);
-    let level = log2(side_of(emitter) / (abs(emitter.s) * texel_v)) - 1.0;
-    let uv = 0.5 + 0.25 * v / adaptive.lens_radius;
-    let density = textureSampleLevel(aperture, linear_clamp, uv, level).r;
-    return select(0.0, density, all(uv >= vec2f(0.0)) && all(uv <= vec2f(1.0)));
+/// Share of the lens's light through lens points below and to the left of `at`, texels of the
+/// table: as exact as its densities are even within a texel.
+fn light_before(at: vec2f) -> f32 {
+    let last = vec2i(textureDimensions(aperture)) - 1;
+    let clamped = clamp(at, vec2f(0.0), vec2f(last));
+    let low = min(vec2i(clamped), last - 1);
+    let share = clamped - vec2f(low);
+    let left = mix(textureLoad(aperture, low, 0).r, textureLoad(aperture, low + vec2i(0, 1), 0).r, share.y);
+    let right = mix(textureLoad(aperture, low + vec2i(1, 0), 0).r, textureLoad(aperture, low + 1, 0).r, share.y);
+    return mix(left, right, share.x);
+}
+
+/// Density of any lens seen from `offset` px beside the emitter, averaged over its square: over
+/// all pixels that adds up to all of the emitter's light, however small the blur. The square is
+/// a texel of the table wide at least, as differences of its sums are rounded.
+fn aperture_density(emitter: Emitter, offset: vec2f) -> f32 {
+    let texel_v = 2.0 * adaptive.lens_radius / f32(textureDimensions(aperture).x - 1u);
+    let side = max(side_of(emitter) / (abs(emitter.s) * texel_v), 1.0);
+    let low = (offset / emitter.s + adaptive.lens_radius) / texel_v - 0.5 * side;
+    let high = low + side;
+    let light = light_before(high) - light_before(vec2f(low.x, high.y)) - light_before(vec2f(high.x, low.y))
+        + light_before(low);
+    // What is left of a difference of equal sums is rounding.
+    return select(0.0, light, light > 1e-6) / (side * side * texel_v * texel_v);
 }
 
 /// How far, px of s, a surface lies in front of an emitter at least to hide it. Layers lie
@@ -31,32 +47,31 @@ fn aperture_density(emitter: Emitter, v: vec2f) -> f32 {
 /// and an emitter's own surface, a rounding away, does not.
 const IN_FRONT_S = 0.5;
 
-/// Whether an emitter is one pixel of an image, all of it.
-fn is_pixel(emitter: Emitter) -> bool {
-    return adaptive.is_image != 0u && abs(side_of(emitter) - 1.0) < 1e-3;
-}
-
 /// What the tile's emitters bring to `p`, each through one ray.
 fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let index = tile.y * adaptive.inner_tiles.x + tile.x;
     let listed_count = min(listed_counts[index], highlights.capacity);
     let start = index * highlights.capacity;
+    // The pixels of an image, and cells of them.
+    let is_square = adaptive.is_image != 0u;
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
         var v = (p - emitter.at) / emitter.s;
         var density = 0.0;
-        if highlights.is_disc != 0u && is_pixel(emitter) {
-            density = disc_density_of_pixel(emitter.s, p - emitter.at, adaptive.lens_radius);
-            // The centre of a pixel may lie beyond the lens when a part of it does not.
-            v *= min(1.0, adaptive.lens_radius / max(length(v), 1e-6));
+        if highlights.is_disc != 0u && is_square {
+            density = disc_density_of_square(emitter, p - emitter.at, adaptive.lens_radius);
         } else if highlights.is_disc != 0u {
             density = disc_density(emitter, p - emitter.at, adaptive.lens_radius);
         } else {
-            density = aperture_density(emitter, v);
+            density = aperture_density(emitter, p - emitter.at);
         }
         if density <= 0.0 {
             continue;
+        }
+        if is_square {
+            // The centre of a square may lie beyond the lens when a part of it does not.
+            v *= min(1.0, adaptive.lens_radius / max(length(v), 1e-6));
         }
         let in_front_s = emitter.s - IN_FRONT_S;
         let hit = trace_up_to(p, v, in_front_s);

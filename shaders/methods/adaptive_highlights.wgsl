@@ -52,7 +52,6 @@ fn find_emitters(
     // Rays that leave the frame meet its border stretched outwards, and so does light.
     let at = corner + vec2i(local.xy);
     let pixel = vec2u(clamp(at, vec2i(0), vec2i(size) - 1));
-    let is_stretched = any(at != vec2i(pixel));
     for (var layer = 0u; layer < adaptive.layers; layer++) {
         var light = Light();
         if layer == 0u {
@@ -62,9 +61,8 @@ fn find_emitters(
         }
         light_of[index] = light;
         cell_levels[index] = NO_CELL;
-        if light.weight > 0.0 {
-            let coarser = select(0.0, STRETCHED_LEVELS, is_stretched);
-            let level = u32(clamp(floor(log2(0.25 * abs(s_of(light)))) + coarser, coarser, 3.0));
+        let level = cell_level(at, light, size);
+        if level != NO_CELL {
             cell_levels[index] = level;
             atomicOr(&levels_seen[layer], 1u << level);
         }
@@ -76,6 +74,28 @@ fn find_emitters(
         }
         workgroupBarrier();
     }
+}
+
+/// Radius of a light's blur, px.
+fn blur_px(light: Light) -> f32 {
+    return abs(s_of(light)) * adaptive.lens_radius;
+}
+
+/// log2 of the side of the cell that a pixel's light belongs to: larger beyond the frame, where the
+/// cell has no pixels of the frame; NO_CELL without light, or where its blur does not reach the frame.
+fn cell_level(at: vec2i, light: Light, size: vec2u) -> u32 {
+    if light.weight <= 0.0 {
+        return NO_CELL;
+    }
+    let exact = floor(log2(0.25 * blur_px(light)));
+    let coarse = u32(clamp(exact + STRETCHED_LEVELS, 0.0, 3.0));
+    let corner = i32(adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let first = corner + (((at - corner) >> vec2u(coarse)) << vec2u(coarse));
+    // 1 px from the last pixel of the cell to the frame's first: next to it.
+    let gaps = max(-(first + (1 << coarse) - 1), first - vec2i(size) + 1);
+    let gap = max(gaps.x, gaps.y);
+    let beyond = select(NO_CELL, coarse, f32(gap) <= blur_px(light) + 1.0);
+    return select(u32(clamp(exact, 0.0, 3.0)), beyond, gap > 0);
 }
 
 /// CoC radius of a light, px.
@@ -123,7 +143,7 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
         if cell_levels[index] == level {
             let light = light_of[index];
             let s = s_of(light);
-            let share = emitted_share(s, adaptive.is_image != 0u);
+            let share = emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u);
             let o = vec2f(from_origin);
             emitter.excess += share * light.excess;
             emitter.s += share * light.weight * s;
@@ -172,21 +192,14 @@ fn covered_by(emitter: Emitter) -> Covered {
     return Covered(max(first, vec2i(0)), last);
 }
 
-/// A number in [0, 1) for each emitter, by its place, as if drawn by chance: the hash PCG of Jarzynski
-/// and Olano, "Hash Functions for GPU Rendering" (JCGT 2020).
+/// A number in [0, 1) for each emitter, by its place: the lattice R2 of Roberts, "The Unreasonable
+/// Effectiveness of Quasirandom Sequences" (2018), so that a share of an even light is even.
 fn rank_of(emitter: Emitter) -> f32 {
-    let at = vec2i(floor(16.0 * emitter.at));
-    return f32(pcg(bitcast<u32>(at.x) + pcg(bitcast<u32>(at.y))) >> 8u) / 16777216.0;
+    return fract(dot(emitter.at, vec2f(0.7548776662, 0.5698402910)));
 }
 
-fn pcg(seed: u32) -> u32 {
-    let state = seed * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
-
-/// How full, of 1, lists are made of tiles with more emitters than fit: the number that is chosen by
-/// chance has a standard deviation of 22 at most, and a fifth of the capacity is five of those.
+/// How full, of 1, lists are made of tiles with more emitters than fit: were they chosen by chance,
+/// their number would have a standard deviation of 22, and a fifth of the capacity is five of those.
 const FILLED = 0.8;
 
 /// Invocations of `list_emitters` (src/methods/adaptive/highlights.rs).

@@ -198,7 +198,7 @@ fn class_of(mask: vec2u, step_s: f32) -> u32 {
     let nearest = edge_of(adaptive, first_bin(mask));
     let farthest = edge_of(adaptive, last_bin(mask) + 1u);
     let greatest = max(abs(nearest), abs(farthest));
-    if greatest < COPY_S {
+    if greatest * sqrt(adaptive.lens_variance) < COPY_S {
         return COPY;
     }
     return select(COMPLEX, UNIFORM, farthest - nearest <= 0.5 + 0.3 * greatest && step_s <= UNIFORM_STEP_S);

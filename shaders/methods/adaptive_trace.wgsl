@@ -125,7 +125,7 @@ fn find_bright(tile: vec2u, index: u32) {
         let light = lights[u32(at.y) * outer.x + u32(at.x)];
         if light.weight > 0.0 {
             let s = s_of_depth(adaptive, light.z / light.weight);
-            atomicOr(&is_bright, select(0u, 1u, emitted_share(s, false) < 1.0));
+            atomicOr(&is_bright, select(0u, 1u, emitted_share(s, adaptive.lens_radius, false) < 1.0));
         }
     }
 }

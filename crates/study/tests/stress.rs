@@ -227,6 +227,38 @@ fn memory_stays_bounded_over_many_frames() {
     assert!(soak.pool_bytes <= soak.pool_warm_bytes, "{soak:?}");
 }
 
+/// The light of each pixel is brought to others by the share of the lens that its square covers:
+/// however small the blur and whatever the lens, the shares add up to 1. (Up to 96 px: of more
+/// emitters than a tile lists a share is taken.)
+#[test]
+fn an_image_of_one_bright_color_keeps_it_through_any_lens() {
+    let apertures = [
+        Aperture::Disc,
+        Aperture::Polygon { blades: 5, rotation_deg: 10.0, roundness: 0.3 },
+        Aperture::Gaussian { sigma_per_coc: 0.25 },
+        Aperture::Gaussian { sigma_per_coc: 1.9 },
+    ];
+    let methods = vec![methods::by_id("adaptive").unwrap()];
+    let mut outcome = Outcome::default();
+    for aperture in apertures {
+        for (coc_px, size) in
+            [(0.3, uvec2(1, 1)), (1.0, uvec2(1, 1)), (2.5, uvec2(3, 2)), (7.0, uvec2(19, 9)), (14.0, uvec2(5, 8))]
+        {
+            let unit =
+                Lens { aperture_diameter_mm: 1.0, focus_distance_m: 1.0, aperture: aperture.clone(), ..Lens::PINHOLE };
+            let aperture_diameter_mm = coc_px / unit.coc_diameter_px(1e3).abs();
+            let case = ImageCase {
+                name: format!("{aperture:?}, {coc_px} px, {size}").into(),
+                color: Image::from_fn(size, |_, _| Vec3::new(1.0, 0.0, 3e4)),
+                depth_m: Image::from_fn(size, |_, _| 1e3),
+                lens: Lens { aperture_diameter_mm, ..unit },
+            };
+            try_all(gpu(), &methods, &mut Specimen::of_image(gpu(), &case).unwrap(), &mut outcome);
+        }
+    }
+    assert_good(&outcome);
+}
+
 /// A lens and an image from few numbers, so that a failure shrinks to something small.
 fn random_case() -> impl Strategy<Value = ImageCase> {
     let aperture = prop_oneof![

@@ -8,7 +8,6 @@ use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
 use crate::view::{Lights, Peeled};
 use crate::{shader, uniform};
 use glam::{UVec2, dvec2};
-use half::f16;
 
 const SHADER: Shader = shader!("methods/adaptive_highlights");
 
@@ -17,11 +16,8 @@ const SHADER: Shader = shader!("methods/adaptive_highlights");
 /// it, or in fewer larger ones: one surface that is bright everywhere has no more.
 const CAPACITY: u32 = 24 * 24;
 
-/// Side of the aperture's table: a texel is 1/32 of the lens's radius.
-const TABLE_SIDE: u32 = 128;
-
-/// Mipmap levels of the table, down to 4x4 texels of a lens radius each.
-const TABLE_LEVELS: u32 = 6;
+/// Cells on each side of the aperture's table: one is 1/32 of the lens's radius wide.
+const TABLE_SIDE: u32 = 64;
 
 uniform! {
     pub(super) struct HighlightsUniform {
@@ -41,7 +37,7 @@ pub(super) struct Highlights {
     /// For each inner tile the length of its list.
     pub listed_counts: Buffer,
     pub emitters: Buffer,
-    /// Density of lens points over the square of v from -2 to 2 lens radii.
+    /// Share of the lens's light below and to the left of lens points from -1 to 1 lens radii.
     pub aperture: Texture,
 }
 
@@ -59,13 +55,15 @@ impl Highlights {
         // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
         let searched_tiles = UVec2::from(adaptive.tiles) + 2 * margin_tiles;
-        // A pixel in the frame may be an emitter of its own; beyond it a tile has one of 8 px and
-        // four of 4 px at most. An image may hide as much light as it shows; of a scene's hidden
+        // A pixel in the frame may be an emitter of its own. Beyond it a tile has one of 8 px and
+        // four of 4 px at most, but next to the frame light that is blurred by less than 4 px
+        // lies in smaller cells: of 1 px up to 3 px from it, or fewer and larger ones. An image may hide as much light as it shows; of a scene's hidden
         // layers, which are drawn near edges alone, room for as many would be four times the memory.
         let layers = if adaptive.is_image == 0 { 1 } else { u64::from(adaptive.layers) };
         let outer = u64::from(adaptive.tiles[0]) * u64::from(adaptive.tiles[1]);
         let stretched = u64::from(searched_tiles.x) * u64::from(searched_tiles.y) - outer;
-        let most_emitters = layers * (u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched);
+        let around = 2 * u64::from(adaptive.tiles[0] + adaptive.tiles[1]) + 4;
+        let most_emitters = layers * (u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched + 24 * around);
         let searched = searched_tiles * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {
@@ -78,7 +76,7 @@ impl Highlights {
             listed_counts: counts(gpu, adaptive),
             lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
             emitters: gpu.scratch("emitters", EMITTER_BYTES * most_emitters),
-            aperture: gpu.memo().get(aperture, || AperturePicture(aperture_table(gpu, aperture))).0.clone(),
+            aperture: gpu.memo().get(aperture, || ApertureTable(aperture_table(gpu, aperture))).0.clone(),
         };
         frame
             .pass(&SHADER, "find_emitters")
@@ -116,52 +114,56 @@ pub(super) fn counts(gpu: &Gpu, adaptive: &AdaptiveUniform) -> Buffer {
 }
 
 /// The table of an aperture on the GPU.
-struct AperturePicture(Texture);
+struct ApertureTable(Texture);
 
-/// The intensity over the aperture with mipmaps, uploaded. A texture of its own, not a
-/// pooled one: it is kept, and written before the frame's passes run.
+/// The summed intensity over the aperture at the corners of the table's cells (Crow, "Summed-area
+/// tables for texture mapping", 1984), uploaded. A texture of its own, not a pooled one: it is
+/// kept, and written before the frame's passes run.
 fn aperture_table(gpu: &Gpu, aperture: &Aperture) -> Texture {
+    let corners = TABLE_SIDE + 1;
+    let size = wgpu::Extent3d { width: corners, height: corners, depth_or_array_layers: 1 };
     let texture = Texture::external(gpu.device().create_texture(&wgpu::TextureDescriptor {
         label: Some("aperture"),
-        size: wgpu::Extent3d { width: TABLE_SIDE, height: TABLE_SIDE, depth_or_array_layers: 1 },
-        mip_level_count: TABLE_LEVELS,
+        size,
+        mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: wgpu::TextureFormat::Rgba16Float,
+        format: wgpu::TextureFormat::R32Float,
         usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
         view_formats: &[],
     }));
-    let mut densities = densities(aperture);
-    let mut side = TABLE_SIDE;
-    for mip_level in 0..TABLE_LEVELS {
-        let texels: Vec<[f16; 4]> = densities.iter().map(|d| [f16::from_f32(*d); 4]).collect();
-        let target = wgpu::TexelCopyTextureInfo { mip_level, ..texture.raw().as_image_copy() };
-        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(side * 8), rows_per_image: None };
-        let extent = wgpu::Extent3d { width: side, height: side, depth_or_array_layers: 1 };
-        gpu.queue().write_texture(target, bytemuck::cast_slice(&texels), layout, extent);
-        side /= 2;
-        let finer = |x: u32, y: u32| densities[(y * 2 * side + x) as usize];
-        let coarser = |i: u32| {
-            let (x, y) = (2 * (i % side), 2 * (i / side));
-            0.25 * (finer(x, y) + finer(x + 1, y) + finer(x, y + 1) + finer(x + 1, y + 1))
-        };
-        densities = (0..side * side).map(coarser).collect();
-    }
+    let sums = summed(&shares(aperture));
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(corners * 4), rows_per_image: None };
+    gpu.queue().write_texture(texture.raw().as_image_copy(), bytemuck::cast_slice(&sums), layout, size);
     texture
 }
 
-/// Mean density in each texel of the table, whose sum is exactly that of the aperture.
-fn densities(aperture: &Aperture) -> Vec<f32> {
-    // Sub-texels on each side, for the edges.
-    const FINER: u32 = 3;
-    let step = 4.0 * aperture.radius() / f64::from(TABLE_SIDE * FINER);
-    let at = |i: u32| (f64::from(i) + 0.5) * step - 2.0 * aperture.radius();
-    let mean = |texel: u32| {
-        let (x, y) = (FINER * (texel % TABLE_SIDE), FINER * (texel / TABLE_SIDE));
+/// For each corner of the table's cells the sum of the cells before it in both directions.
+fn summed(shares: &[f64]) -> Vec<f32> {
+    let (side, corners) = (TABLE_SIDE as usize, TABLE_SIDE as usize + 1);
+    let mut sums = vec![0.0; corners * corners];
+    for y in 0..side {
+        let mut row = 0.0;
+        for x in 0..side {
+            row += shares[y * side + x];
+            sums[(y + 1) * corners + x + 1] = sums[y * corners + x + 1] + row;
+        }
+    }
+    sums.into_iter().map(|sum| sum as f32).collect()
+}
+
+/// Share of the light in each cell of the table; their sum is 1.
+fn shares(aperture: &Aperture) -> Vec<f64> {
+    // Sub-cells on each side, for the edges.
+    const FINER: u32 = 6;
+    let step = 2.0 * aperture.radius() / f64::from(TABLE_SIDE * FINER);
+    let at = |i: u32| (f64::from(i) + 0.5) * step - aperture.radius();
+    let sum = |cell: u32| {
+        let (x, y) = (FINER * (cell % TABLE_SIDE), FINER * (cell / TABLE_SIDE));
         let points = (0..FINER * FINER).map(|i| dvec2(at(x + i % FINER), at(y + i / FINER)));
-        points.map(|v| aperture.intensity(v)).sum::<f64>() / f64::from(FINER * FINER)
+        points.map(|v| aperture.intensity(v)).sum::<f64>()
     };
-    let densities: Vec<f64> = (0..TABLE_SIDE * TABLE_SIDE).map(mean).collect();
-    let integral = densities.iter().sum::<f64>() * (step * f64::from(FINER)).powi(2);
-    densities.iter().map(|d| (d / integral) as f32).collect()
+    let sums: Vec<f64> = (0..TABLE_SIDE * TABLE_SIDE).map(sum).collect();
+    let total: f64 = sums.iter().sum();
+    sums.into_iter().map(|sum| sum / total).collect()
 }

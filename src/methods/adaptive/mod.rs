@@ -232,7 +232,7 @@ impl Method for Adaptive {
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let greatest_px = view.coc_bounds_px(frame, lens).map(f64::abs).into_iter().fold(0.0, f64::max);
-        if 0.5 * greatest_px < tiles::COPY_RADIUS_PX {
+        if 0.5 * greatest_px * (lens.aperture.sigma_per_coc() / 0.25) < tiles::COPY_RADIUS_PX {
             frame.skip("all tiles in focus");
             return Ok(pinhole::inner(frame, view));
         }

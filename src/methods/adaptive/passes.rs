@@ -108,7 +108,6 @@ impl Rays<'_> {
             .texture("aperture", &highlights.aperture)
             .texture("radii", &self.tiles.radii)
             .texture("sample_depths", &self.peeled.samples.depth)
-            .sampler("linear_clamp", SamplerKind::Linear)
             .texture("new_glow", &glow);
         self.tiles.lists.dispatch(pass, Class::Complex as u32);
         frame.expose("glow of highlights", &glow);

@@ -1,7 +1,7 @@
 //! What is known not to hold, and why: failures that are expected, and that make the run
 //! fail once they no longer happen.
 
-use super::cases::{Combination, random_case};
+use super::cases::Combination;
 use super::specimen::{ImageCase, Specimen};
 use glam::uvec2;
 
@@ -28,9 +28,6 @@ const LAYERS: &str = "a pixel goes to the layer in front, at or behind another b
 
 const HIDDEN_EMITTERS: &str = "what is brighter than 2 is brought by emitters; an image has none where something nearer \
     hides them, and what is left is not divided by its share as rays are";
-
-const BRIGHT_OR_DARK: &str = "emitters (what is brighter than 2) overshoot where the aperture is far narrower than its \
-    CoC; and below 1e-4 of white the buckets' weighted colours lie under the least number that f16 has";
 
 const FEW_RAYS: &str = "few rays a pixel, each of which takes part whole: one that steps over an edge shows more of \
     the contrast than the focus step explains";
@@ -116,15 +113,6 @@ fn dark_edges() -> Vec<ImageCase> {
     vec![Combination::named("E = 1e30 mm", "near object before a sharp wall", dark, uvec2(33, 17)).case()]
 }
 
-fn bright_and_dark_images() -> Vec<ImageCase> {
-    let dark = "subnormal numbers of f16 and f32";
-    vec![
-        random_case(11, 1),
-        Combination::named("narrow Gaussian", "ramp through the focus", "a bright point", uvec2(17, 11)).case(),
-        Combination::named("rounded pentagon", "near object before a sharp wall", dark, uvec2(100, 1)).case(),
-    ]
-}
-
 fn bright_steps() -> Vec<ImageCase> {
     vec![Combination::named("strong blur", "checkerboard of near and far", "65504 everywhere", uvec2(13, 1)).case()]
 }
@@ -173,13 +161,6 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         applies: has_several_depths,
         witnesses: noisy_depths,
         reason: FEW_RAYS,
-    },
-    KnownLimit {
-        method: "adaptive",
-        check: "range",
-        applies: |specimen| is_bright(specimen) || is_dark(specimen),
-        witnesses: bright_and_dark_images,
-        reason: BRIGHT_OR_DARK,
     },
     KnownLimit {
         method: "adaptive",
