@@ -7,27 +7,17 @@
 //   wall | card in front of it | wall
 //   ---> remembers "wall" from here on, until it is seen again
 //
-// A pixel gets the mean of what the four directions remember, the nearer the end of a surface
-// the more, where they agree on the depth; else what ends nearest.
+// A pixel gets the mean of what the four directions remember, where they agree (`hidden_at`).
 
 struct Params {
     /// Stored depth that a hidden surface lies behind what hides it at least.
     separation_z: f32,
-    /// 0 to the right, 1 to the left, 2 down, 3 up.
-    direction: u32,
+    _unused: u32,
     /// Of the image, px.
     size: vec2u,
 }
 
-struct Guess {
-    color: vec3f,
-    /// 0: none.
-    weight: f32,
-    z: f32,
-}
-
 struct Surface {
-    color: vec3f,
     z: f32,
     /// Pixel of the row or column where it was seen last.
     last: u32,
@@ -36,39 +26,41 @@ struct Surface {
 @group(0) @binding(0) var<uniform> params: Params;
 @group(0) @binding(1) var color: texture_2d<f32>;
 @group(0) @binding(2) var depth: texture_2d<f32>;
-@group(0) @binding(3) var<storage, read_write> guesses: array<Guess>;
-/// REMEMBERED for each row or column.
+/// For each pixel and direction the distance back to the end of the surface that it remembers, px;
+/// 0: none.
+@group(0) @binding(3) var<storage, read_write> distances: array<u32>;
+/// REMEMBERED for each row or column in each direction.
 @group(0) @binding(4) var<storage, read_write> interrupted: array<Surface>;
 /// Stored depth in front of which no hidden surface may lie; -1: none is wanted.
 @group(0) @binding(5) var below: texture_2d<f32>;
 @group(0) @binding(6) var hidden_color: texture_storage_2d<rgba16float, write>;
 @group(0) @binding(7) var hidden_depth: texture_storage_2d<r32float, write>;
 
+/// To the right, to the left, down, up.
+const DIRECTIONS = 4u;
+
 /// Most interrupted surfaces; of more the first are forgotten.
 const REMEMBERED = 16u;
 
-/// Share of a pixel in the mean colour of a surface that goes on: outlines of photographs hold
-/// some of both sides, and one pixel's noise is not to be drawn out to a streak.
-const SHARE = 0.3;
-
-fn pixel_of(row: u32, i: u32) -> vec2u {
-    let length = select(params.size.y, params.size.x, params.direction < 2u);
-    let along = select(i, length - 1u - i, (params.direction & 1u) == 1u);
-    return select(vec2u(row, along), vec2u(along, row), params.direction < 2u);
+fn pixel_of(direction: u32, row: u32, i: u32) -> vec2u {
+    let length = select(params.size.y, params.size.x, direction < 2u);
+    let along = select(i, length - 1u - i, (direction & 1u) == 1u);
+    return select(vec2u(row, along), vec2u(along, row), direction < 2u);
 }
 
 @compute @workgroup_size(64)
 fn follow(@builtin(global_invocation_id) id: vec3u) {
-    let is_row = params.direction < 2u;
     let row = id.x;
-    let length = select(0u, select(params.size.y, params.size.x, is_row), row < select(params.size.x, params.size.y, is_row));
-    let first = row * REMEMBERED;
+    let direction = id.y;
+    let sides = select(params.size, params.size.yx, direction < 2u);
+    let length = select(0u, sides.y, row < sides.x);
+    let first = (direction * max(params.size.x, params.size.y) + row) * REMEMBERED;
     // The stack is a ring: `count` surfaces end at `top`.
     var top = 0u;
     var count = 0u;
     var seen = Surface();
-    for (var i = 0u; i < length; i++) {
-        let at = pixel_of(row, i);
+    for (var i = 0u; i < min(length, max(params.size.x, params.size.y)); i++) {
+        let at = pixel_of(direction, row, i);
         let z = textureLoad(depth, at, 0).r;
         let here = textureLoad(color, at, 0).rgb;
         if i > 0u && z > seen.z + params.separation_z {
@@ -86,29 +78,94 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
             top = (top + REMEMBERED - 1u) % REMEMBERED;
             count -= 1u;
         }
-        if count > 0u {
-            add_guess(at, interrupted[first + top], i);
-        }
-        let goes_on = i > 0u && abs(z - seen.z) <= params.separation_z;
-        seen = Surface(mix(here, seen.color, select(0.0, 1.0 - SHARE, goes_on)), z, i);
+        let last = interrupted[first + top].last;
+        distances[DIRECTIONS * (at.y * params.size.x + at.x) + direction] = select(0u, i - last, count > 0u);
+        seen = Surface(z, i);
     }
 }
 
-fn add_guess(at: vec2u, surface: Surface, i: u32) {
-    let distance = f32(i - surface.last);
-    let weight = 1.0 / (distance * distance);
-    let index = at.y * params.size.x + at.x;
-    var guess = guesses[index];
-    if abs(guess.z - surface.z) > params.separation_z && guess.weight > 0.0 {
-        // They disagree: what ends nearer.
-        if weight <= guess.weight {
-            return;
+/// Share of the last pixel in the colour with which a surface goes on, of the one before it in what
+/// is left, and so on: outlines of photographs hold some of both sides, and one pixel's noise is
+/// not to be drawn out to a streak.
+const SHARE = 0.3;
+
+/// Pixels whose mean that is: 0.7^8 is 6 % of the first.
+const AVERAGED = 8u;
+
+/// Where a direction comes from.
+fn back(direction: u32) -> vec2i {
+    let sign = select(-1, 1, (direction & 1u) == 1u);
+    return select(vec2i(0, sign), vec2i(sign, 0), direction < 2u);
+}
+
+fn z_at(pixel: vec2i) -> f32 {
+    return textureLoad(depth, pixel, 0).r;
+}
+
+/// The colour of the surface that ends at `pixel`, seen in `direction`.
+fn color_before(pixel: vec2i, direction: u32) -> vec3f {
+    var at = pixel;
+    var sum = vec3f(0.0);
+    var left = 1.0;
+    for (var k = 0u; k < AVERAGED; k++) {
+        let next = at + back(direction);
+        let goes_on = all(next >= vec2i(0)) && all(next < vec2i(params.size))
+            && abs(z_at(next) - z_at(at)) <= params.separation_z;
+        let is_last = !goes_on || k + 1u == AVERAGED;
+        let share = select(SHARE * left, left, is_last);
+        sum += share * textureLoad(color, at, 0).rgb;
+        if is_last {
+            break;
         }
-        guess = Guess();
+        left -= share;
+        at = next;
     }
-    let sum = guess.weight + weight;
-    let share = weight / sum;
-    guesses[index] = Guess(mix(guess.color, surface.color, share), sum, mix(guess.z, surface.z, share));
+    return sum;
+}
+
+/// Radiance and depth of what a pixel hides.
+struct Hidden {
+    color: vec3f,
+    z: f32,
+    is_there: bool,
+}
+
+/// The mean of what the directions remember, the nearer the end of a surface the more, of those
+/// that agree on the depth with what ends nearest; of two that end as near, with the farther one,
+/// so that no direction comes first.
+fn hidden_at(pixel: vec2u) -> Hidden {
+    let first = DIRECTIONS * (pixel.y * params.size.x + pixel.x);
+    var least = 0u;
+    var z = 0.0;
+    for (var i = 0u; i < DIRECTIONS; i++) {
+        let distance = distances[first + i];
+        if distance > 0u {
+            let end_z = z_at(vec2i(pixel) + i32(distance) * back(i));
+            if least == 0u || distance < least || (distance == least && end_z < z) {
+                least = distance;
+                z = end_z;
+            }
+        }
+    }
+    var hidden = Hidden(vec3f(0.0), 0.0, least > 0u);
+    var sum = 0.0;
+    for (var i = 0u; i < DIRECTIONS; i++) {
+        let distance = distances[first + i];
+        if distance > 0u {
+            let end = vec2i(pixel) + i32(distance) * back(i);
+            let end_z = z_at(end);
+            if abs(end_z - z) <= params.separation_z {
+                // Of the nearest 1, so that no sum is too great or too small.
+                let weight = f32(least * least) / f32(distance * distance);
+                hidden.color += weight * color_before(end, i);
+                hidden.z += weight * end_z;
+                sum += weight;
+            }
+        }
+    }
+    hidden.color /= max(sum, 1.0);
+    hidden.z /= max(sum, 1.0);
+    return hidden;
 }
 
 /// The image of what is hidden: alpha 0, and what was seen, where nothing is.
@@ -117,10 +174,10 @@ fn show_hidden(@builtin(global_invocation_id) id: vec3u) {
     if any(id.xy >= params.size) {
         return;
     }
-    let guess = guesses[id.y * params.size.x + id.x];
-    if guess.weight > 0.0 && guess.z <= textureLoad(below, id.xy, 0).r {
-        textureStore(hidden_color, id.xy, vec4f(guess.color, 1.0));
-        textureStore(hidden_depth, id.xy, vec4f(guess.z));
+    let hidden = hidden_at(id.xy);
+    if hidden.is_there && hidden.z <= textureLoad(below, id.xy, 0).r {
+        textureStore(hidden_color, id.xy, vec4f(hidden.color, 1.0));
+        textureStore(hidden_depth, id.xy, vec4f(hidden.z));
     } else {
         textureStore(hidden_color, id.xy, vec4f(textureLoad(color, id.xy, 0).rgb, 0.0));
         textureStore(hidden_depth, id.xy, textureLoad(depth, id.xy, 0));

@@ -55,6 +55,23 @@ fn with_sample(light: Light, color: vec3f, z: f32, offset: vec2f, share: f32) ->
     );
 }
 
+/// The same light about a place `by` px to the left and above.
+fn moved(light: Light, by: vec2f) -> Light {
+    let crossed = vec3f(2.0 * light.offset * by, dot(light.offset, by.yx));
+    return Light(
+        light.excess,
+        light.weight,
+        light.offset + light.weight * by,
+        light.z,
+        light.moments + crossed + light.weight * moments_of(by),
+    );
+}
+
+/// Both, about one place.
+fn added(a: Light, b: Light) -> Light {
+    return Light(a.excess + b.excess, a.weight + b.weight, a.offset + b.offset, a.z + b.z, a.moments + b.moments);
+}
+
 /// One or many pixels' light, as one ellipse of even radiance.
 struct Emitter {
     /// Radiance kept apart times its area, px^2.
@@ -76,6 +93,8 @@ struct Highlights {
     is_disc: u32,
     /// Tiles around those of the outer frame that light from its stretched border reaches from.
     margin_tiles: u32,
+    /// Side, px, of the block of an invocation that looks for emitters: 1, or 4 for large cells.
+    block_px: u32,
 }
 
 /// Side, px, of the square that has the emitter's mean variance, a twelfth of its area.

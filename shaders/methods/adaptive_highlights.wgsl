@@ -30,39 +30,36 @@ const STRETCHED_LEVELS = 2.0;
 /// Most layers that there are (`MAX_LAYERS` in src/methods/adaptive/mod.rs).
 const MAX_LAYERS = 4u;
 
-/// Of the pixels of the workgroup, in one layer.
+/// Of the blocks of the workgroup, in one layer.
 var<workgroup> light_of: array<Light, 64>;
-/// log2 of the cell's side; NO_CELL where there is nothing over the limit.
+/// log2 of the cell's side, blocks; NO_CELL where there is nothing over the limit.
 var<workgroup> cell_levels: array<u32, 64>;
 /// The levels of each layer's cells, a bit each: none without light.
 var<workgroup> levels_seen: array<atomic<u32>, MAX_LAYERS>;
 
-/// Cells of sides 1, 2, 4 and 8 px in 8x8 of them.
+/// Cells of sides of 1, 2, 4 and 8 blocks in 8x8 of them.
 const CELLS = 85u;
 
+/// Levels of the cells that a dispatch with larger blocks makes: 16 and 32 px.
+const LARGE_LEVEL = 4u;
+const MAX_LEVEL = 5u;
+
+/// Each invocation has a block of pixels, of the outer frame and of its stretched border.
 @compute @workgroup_size(8, 8)
 fn find_emitters(
     @builtin(workgroup_id) group: vec3u,
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let first_tile = i32(adaptive.first_tile + highlights.margin_tiles);
-    let corner = vec2i(group.xy * TILE) + i32(adaptive.overscan) - first_tile * i32(TILE);
-    let size = textureDimensions(depth) / adaptive.fineness;
-    // Rays that leave the frame meet its border stretched outwards, and so does light.
-    let at = corner + vec2i(local.xy);
-    let pixel = vec2u(clamp(at, vec2i(0), vec2i(size) - 1));
+    let block_px = highlights.block_px;
+    let corner = first_pixel() + vec2i(block_px * TILE * group.xy);
+    let at = corner + vec2i(block_px * local.xy);
     for (var layer = 0u; layer < adaptive.layers; layer++) {
-        var light = Light();
-        if layer == 0u {
-            light = lights[pixel.y * size.x + pixel.x];
-        } else {
-            light = light_at(pixel, layer);
-        }
+        let light = block_light(at, layer);
         light_of[index] = light;
         cell_levels[index] = NO_CELL;
-        let level = cell_level(at, light, size);
-        if level != NO_CELL {
+        if light.weight > 0.0 {
+            let level = block_level(at, light);
             cell_levels[index] = level;
             atomicOr(&levels_seen[layer], 1u << level);
         }
@@ -76,26 +73,70 @@ fn find_emitters(
     }
 }
 
+/// The first pixel of the first tile in which emitters are looked for.
+fn first_pixel() -> i32 {
+    return i32(adaptive.overscan) - i32((adaptive.first_tile + highlights.margin_tiles) * TILE);
+}
+
+fn frame_size() -> vec2u {
+    return textureDimensions(depth) / adaptive.fineness;
+}
+
+/// The light of a block's pixels, about the centre of the first, that belongs to cells of the sizes
+/// that this dispatch makes.
+fn block_light(at: vec2i, layer: u32) -> Light {
+    let size = frame_size();
+    var sum = Light();
+    for (var i = 0u; i < min(highlights.block_px * highlights.block_px, 16u); i++) {
+        let part = vec2u(i % highlights.block_px, i / highlights.block_px);
+        let place = at + vec2i(part);
+        // Rays that leave the frame meet its border stretched outwards, and so does light.
+        let pixel = vec2u(clamp(place, vec2i(0), vec2i(size) - 1));
+        var light = Light();
+        if layer == 0u {
+            light = lights[pixel.y * size.x + pixel.x];
+        } else {
+            light = light_at(pixel, layer);
+        }
+        let level = cell_level(place, light, size);
+        if level != NO_CELL && (level >= LARGE_LEVEL) == (highlights.block_px > 1u) {
+            sum = added(sum, moved(light, vec2f(part)));
+        }
+    }
+    return sum;
+}
+
+/// log2 of the side, blocks, of a block's cell.
+fn block_level(at: vec2i, light: Light) -> u32 {
+    let level = cell_level(at, light, frame_size());
+    if highlights.block_px == 1u {
+        return level;
+    }
+    // In blocks of 4 px; where pixels differ in blur their mean may be beyond the frame's reach.
+    return clamp(select(level, LARGE_LEVEL, level == NO_CELL), LARGE_LEVEL, MAX_LEVEL) - 2u;
+}
+
 /// Radius of a light's blur, px.
 fn blur_px(light: Light) -> f32 {
     return abs(s_of(light)) * adaptive.lens_radius;
 }
 
-/// log2 of the side of the cell that a pixel's light belongs to: larger beyond the frame, where the
-/// cell has no pixels of the frame; NO_CELL without light, or where its blur does not reach the frame.
+/// log2 of the side, px, of the cell that a pixel's light belongs to: larger beyond the frame, where
+/// the cell has no pixels of the frame; NO_CELL without light, or where its blur does not reach the
+/// frame.
 fn cell_level(at: vec2i, light: Light, size: vec2u) -> u32 {
     if light.weight <= 0.0 {
         return NO_CELL;
     }
     let exact = floor(log2(0.25 * blur_px(light)));
-    let coarse = u32(clamp(exact + STRETCHED_LEVELS, 0.0, 3.0));
-    let corner = i32(adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let coarse = u32(clamp(max(exact, min(exact + STRETCHED_LEVELS, 3.0)), 0.0, f32(MAX_LEVEL)));
+    let corner = first_pixel();
     let first = corner + (((at - corner) >> vec2u(coarse)) << vec2u(coarse));
     // 1 px from the last pixel of the cell to the frame's first: next to it.
     let gaps = max(-(first + (1 << coarse) - 1), first - vec2i(size) + 1);
     let gap = max(gaps.x, gaps.y);
     let beyond = select(NO_CELL, coarse, f32(gap) <= blur_px(light) + 1.0);
-    return select(u32(clamp(exact, 0.0, 3.0)), beyond, gap > 0);
+    return select(u32(clamp(exact, 0.0, f32(MAX_LEVEL))), beyond, gap > 0);
 }
 
 /// CoC radius of a light, px.
@@ -124,7 +165,7 @@ fn light_at(pixel: vec2u, layer: u32) -> Light {
     return light;
 }
 
-/// Sums the pixels of one cell, if there is light in any, to an emitter; `seen` are the
+/// Sums the blocks of one cell, if there is light in any, to an emitter; `seen` are the
 /// levels of all that there is.
 fn emit(corner: vec2i, cell: u32, seen: u32) {
     let level = select(select(select(3u, 2u, cell < 84u), 1u, cell < 80u), 0u, cell < 64u);
@@ -144,13 +185,12 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
             let light = light_of[index];
             let s = s_of(light);
             let share = emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u);
-            let o = vec2f(from_origin);
-            emitter.excess += share * light.excess;
-            emitter.s += share * light.weight * s;
-            mean += share * (light.offset + light.weight * o);
-            let crossed = vec3f(2.0 * light.offset * o, dot(light.offset, o.yx));
-            moments += share * (light.moments + crossed + light.weight * moments_of(o));
-            weight += share * light.weight;
+            let here = moved(light, f32(highlights.block_px) * vec2f(from_origin));
+            emitter.excess += share * here.excess;
+            emitter.s += share * here.weight * s;
+            mean += share * here.offset;
+            moments += share * here.moments;
+            weight += share * here.weight;
         }
     }
     if weight == 0.0 {
@@ -158,7 +198,7 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
     }
     mean /= weight;
     emitter.s /= weight;
-    emitter.at = vec2f(corner + vec2i(origin)) + 0.5 + mean;
+    emitter.at = vec2f(corner + vec2i(highlights.block_px * origin)) + 0.5 + mean;
     emitter.spread = moments / weight - moments_of(mean);
     // A square of side a has the variance a^2 / 12 on each axis; samples stand for squares.
     let sample_variance = highlights.sample_px * highlights.sample_px / 12.0;

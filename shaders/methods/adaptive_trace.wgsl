@@ -177,6 +177,12 @@ fn trace_complex(
     }
 }
 
+/// Half a texel of a mipmap level before the image's end, or the centre of its only texel, texels of level 0.
+fn last_centre(size: vec2f, level: f32) -> vec2f {
+    let half_texel = vec2f(0.5 * exp2(level));
+    return max(size - half_texel, half_texel);
+}
+
 /// Colour of a hit from the mipmap level that fits between rays.
 fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let k = f32(adaptive.fineness);
@@ -190,9 +196,9 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let read_blur = (footprint * footprint - 0.333) / (k * k);
     let at = color_place(0, p - v * (hit.s * shrink(hit.s, read_blur)));
     let level = log2(footprint);
-    let margin = 0.5 * exp2(ceil(level));
     let size = vec2f(textureDimensions(radii));
-    let inside = clamp(at, vec2f(margin), max(size - margin, vec2f(margin)));
+    // Beyond that texels of a level may hold nothing.
+    let inside = clamp(at, vec2f(0.0), min(last_centre(size, floor(level)), last_centre(size, ceil(level))));
     return textureSampleLevel(colors, linear_clamp, inside / vec2f(textureDimensions(colors)), 0, level).rgb;
 }
 

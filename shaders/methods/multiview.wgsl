@@ -50,6 +50,8 @@ struct Params {
     lens_radius_m: f32,
     /// 1: coverages are composed as in section 4.4; 0: they add up.
     over: u32,
+    /// How far beyond the image what its border shows goes on, px.
+    stretched_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> lens: Lens;
@@ -79,15 +81,20 @@ fn at(ray: Ray, c: f32) -> vec2f {
 }
 
 fn in_frame(p: vec2f) -> bool {
-    return all(p >= params.frame_low) && all(p < params.frame_high);
+    return all(p >= params.frame_low - params.stretched_px) && all(p < params.frame_high + params.stretched_px);
 }
 
-/// Nearest and farthest c between which a ray is over the image: however blurred the slabs
-/// are, only that part of it is searched.
+/// The place in the image that stands for one in its stretched border.
+fn on_image(p: vec2f) -> vec2f {
+    return clamp(p, params.frame_low + 0.5, params.frame_high - 0.5);
+}
+
+/// Nearest and farthest c between which a ray is over the image and its stretched border: however
+/// blurred the slabs are, only that part of it is searched.
 fn over_frame(ray: Ray) -> vec2f {
     let v = select(ray.v, vec2f(1e-9), abs(ray.v) < vec2f(1e-9));
-    let a = 2.0 * (ray.pixel - params.frame_low) / v;
-    let b = 2.0 * (ray.pixel - params.frame_high) / v;
+    let a = 2.0 * (ray.pixel - params.frame_low + params.stretched_px) / v;
+    let b = 2.0 * (ray.pixel - params.frame_high - params.stretched_px) / v;
     let nearest = min(a, b);
     let farthest = max(a, b);
     return vec2f(max(nearest.x, nearest.y), min(farthest.x, farthest.y));
@@ -101,7 +108,7 @@ fn surface_c(p: vec2f, slab: u32) -> f32 {
     if !in_frame(p) {
         return EMPTY_C;
     }
-    let z = textureLoad(slab_depth, vec2i(p), slab, 0).r;
+    let z = textureLoad(slab_depth, vec2i(on_image(p)), slab, 0).r;
     return select(coc_diameter_px(lens, z), EMPTY_C, z < 0.0);
 }
 
@@ -187,10 +194,11 @@ fn over_cone(array: texture_2d_array<f32>, p: vec2f, slab: u32, c: f32) -> vec4f
 
 /// Radiance times coverage, and coverage, of the slab where the ray is at c.
 fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
-    let p = at(ray, c);
-    if !in_frame(p) {
+    let place = at(ray, c);
+    if !in_frame(place) {
         return vec4f(0.0);
     }
+    let p = on_image(place);
     let part = over_cone(slab_color, p, slab, c);
     if params.shading == 0u || part.a <= 0.0 {
         return part;

@@ -41,38 +41,87 @@ fn finite_or_zero(x: f32) -> f32 {
     return select(0.0, x, is_finite(vec3f(x)));
 }
 
-/// Puts one drawn slab (or the slab's part of an image) into the arrays and notes which
-/// depths it really holds.
-@compute @workgroup_size(16, 16)
-fn gather_slab(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+/// A texel of a drawn layer: radiance and 1, or 0 where it is not in the slab.
+struct Texel {
+    surface: vec4f,
+    /// EMPTY_Z where it is not in the slab.
+    z: f32,
+}
+
+fn texel_of(at: vec2i) -> Texel {
+    let here = textureLoad(color, at, 0);
+    // Not below 0: an empty texel may hold -0, whose bits would be the greatest.
+    let z = max(finite_or_zero(textureLoad(depth, at, 0).r), 0.0);
+    if here.a > 0.0 && z >= gather.z_far && z <= gather.z_near {
+        return Texel(vec4f(finite_or_zero(here.r), finite_or_zero(here.g), finite_or_zero(here.b), 1.0), z);
+    }
+    return Texel(vec4f(0.0), EMPTY_Z);
+}
+
+fn is_in_image(at: vec2i) -> bool {
+    return all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth)));
+}
+
+fn forget_content(index: u32) {
     if index == 0u {
         atomicStore(&nearest, 0u);
         atomicStore(&farthest, 0xffffffffu);
     }
     workgroupBarrier();
-    let at = vec2i(id.xy) - gather.padding;
-    var surface = vec4f(0.0);
-    var z = EMPTY_Z;
-    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth))) {
-        let here = textureLoad(color, at, 0);
-        // Not below 0: an empty texel may hold -0, whose bits would be the greatest.
-        let here_z = max(finite_or_zero(textureLoad(depth, at, 0).r), 0.0);
-        if here.a > 0.0 && here_z >= gather.z_far && here_z <= gather.z_near {
-            surface = vec4f(finite_or_zero(here.r), finite_or_zero(here.g), finite_or_zero(here.b), 1.0);
-            z = here_z;
-            atomicMax(&nearest, bitcast<u32>(z) + 1u);
-            atomicMin(&farthest, bitcast<u32>(z));
-        }
+}
+
+fn note_depth(z: f32) {
+    if z >= 0.0 {
+        atomicMax(&nearest, bitcast<u32>(z) + 1u);
+        atomicMin(&farthest, bitcast<u32>(z));
     }
-    if all(id.xy < textureDimensions(slab_color)) {
-        textureStore(slab_color, id.xy, gather.slab, surface);
-        textureStore(slab_depth, id.xy, gather.slab, vec4f(z, 0.0, 0.0, 0.0));
-    }
+}
+
+fn note_content(index: u32, slab: u32) {
     workgroupBarrier();
     if index == 0u {
-        atomicMax(&content[2u * gather.slab], atomicLoad(&nearest));
-        atomicMin(&content[2u * gather.slab + 1u], atomicLoad(&farthest));
+        atomicMax(&content[2u * slab], atomicLoad(&nearest));
+        atomicMin(&content[2u * slab + 1u], atomicLoad(&farthest));
     }
+}
+
+/// Puts one drawn slab (or the slab's part of an image) into the arrays and notes which
+/// depths it really holds.
+@compute @workgroup_size(16, 16)
+fn gather_slab(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    forget_content(index);
+    let at = vec2i(id.xy) - gather.padding;
+    var texel = Texel(vec4f(0.0), EMPTY_Z);
+    if is_in_image(at) {
+        texel = texel_of(at);
+        note_depth(texel.z);
+    }
+    if all(id.xy < textureDimensions(slab_color)) {
+        textureStore(slab_color, id.xy, gather.slab, texel.surface);
+        textureStore(slab_depth, id.xy, gather.slab, vec4f(texel.z, 0.0, 0.0, 0.0));
+    }
+    note_content(index, gather.slab);
+}
+
+/// Of the pinhole image.
+@group(0) @binding(16) var visible_depth: texture_2d<f32>;
+
+/// Puts what an image hides into its slab, where the image shows nothing of that.
+@compute @workgroup_size(16, 16)
+fn gather_hidden(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
+    forget_content(index);
+    let at = vec2i(id.xy) - gather.padding;
+    if is_in_image(at) {
+        let visible_z = textureLoad(visible_depth, at, 0).r;
+        let is_seen = visible_z >= gather.z_far && visible_z <= gather.z_near;
+        let texel = texel_of(at);
+        if texel.z >= 0.0 && !is_seen {
+            note_depth(texel.z);
+            textureStore(slab_color, id.xy, gather.slab, texel.surface);
+            textureStore(slab_depth, id.xy, gather.slab, vec4f(texel.z, 0.0, 0.0, 0.0));
+        }
+    }
+    note_content(index, gather.slab);
 }
 
 @group(0) @binding(11) var base_roughness: texture_2d<f32>;
@@ -106,27 +155,16 @@ fn gather_surfaces(@builtin(global_invocation_id) id: vec3u) {
 @compute @workgroup_size(16, 16)
 fn gather_depths(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocation_index) index: u32) {
     let slab = gather.slab + id.z;
-    if index == 0u {
-        atomicStore(&nearest, 0u);
-        atomicStore(&farthest, 0xffffffffu);
-    }
-    workgroupBarrier();
+    forget_content(index);
     let size = textureDimensions(slab_color);
     if all(id.xy < size) {
         let bits = found[(id.z * size.y + id.y) * size.x + id.x];
-        if bits != 0u {
-            atomicMax(&nearest, bits);
-            atomicMin(&farthest, bits - 1u);
-        }
         let z = select(EMPTY_Z, bitcast<f32>(bits - 1u), bits != 0u);
+        note_depth(z);
         textureStore(slab_color, id.xy, slab, vec4f(0.0));
         textureStore(slab_depth, id.xy, slab, vec4f(z, 0.0, 0.0, 0.0));
     }
-    workgroupBarrier();
-    if index == 0u {
-        atomicMax(&content[2u * slab], atomicLoad(&nearest));
-        atomicMin(&content[2u * slab + 1u], atomicLoad(&farthest));
-    }
+    note_content(index, slab);
 }
 
 /// The same for what surfaces are made of.

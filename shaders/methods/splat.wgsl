@@ -44,10 +44,10 @@ fn occludes_partially(p: vec2i, scan: f32) -> bool {
     return farther / 12.0 >= params.occlusion_px;
 }
 
-/// The stored depth below which a hidden surface is accepted; 0 rejects all.
+/// The stored depth below which a hidden surface is accepted; -1 rejects all.
 @compute @workgroup_size(8, 8)
 fn find_hidden_limit(@builtin(global_invocation_id) id: vec3u) {
-    var limit = 0.0;
+    var limit = -1.0;
     if occludes_partially(vec2i(id.xy), 1.0) {
         limit = textureLoad(visible_depth, id.xy, 0).r - params.separation_z;
     }
@@ -118,6 +118,23 @@ fn compose_visible(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, id.xy, composed(textureLoad(layer_behind, id.xy, 0), same, front));
 }
 
+/// Share of a disc with radius 1 that lies beyond a line `distance` from its centre.
+fn share_beyond(distance: f32) -> f32 {
+    let x = clamp(distance, -1.0, 1.0);
+    return (acos(x) - x * sqrt(1.0 - x * x)) / 3.14159265;
+}
+
+/// Share of the spot of the surface that `pixel`, of the outer frame, shows which lies in that frame:
+/// what light from beyond it would bring is missing and not hidden. At least a quarter.
+fn share_in_frame(pixel: vec2u) -> f32 {
+    let radius = max(0.5 * sprites.radius * abs(visible_coc_px(vec2i(pixel))), 0.5);
+    let low = (vec2f(pixel) + 0.5) / radius;
+    let high = (vec2f(textureDimensions(visible_depth)) - vec2f(pixel) - 0.5) / radius;
+    let x = 1.0 - share_beyond(low.x) - share_beyond(high.x);
+    let y = 1.0 - share_beyond(low.y) - share_beyond(high.y);
+    return clamp(x * y, 0.25, 1.0);
+}
+
 /// A visible layer with what the hidden image adds to it.
 fn completed(visible: vec4f, hidden: vec4f) -> vec4f {
     let missing = max(1.0 - visible.a, 0.0);
@@ -128,7 +145,8 @@ fn completed(visible: vec4f, hidden: vec4f) -> vec4f {
 @compute @workgroup_size(8, 8)
 fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
     let front = textureLoad(layer_front, id.xy, 0);
-    let same = completed(textureLoad(layer_same, id.xy, 0), textureLoad(hidden_same, id.xy, 0));
+    let seen = textureLoad(layer_same, id.xy, 0) / share_in_frame(id.xy + sprites.overscan);
+    let same = completed(seen, textureLoad(hidden_same, id.xy, 0));
     let behind = completed(textureLoad(layer_behind, id.xy, 0), textureLoad(hidden_behind, id.xy, 0));
     textureStore(result, id.xy, composed(behind, same, front));
 }

@@ -4,23 +4,60 @@
 //! that; an image does not know. So surfaces that nearer ones interrupt go on behind those, with
 //! the colour and the depth of their ends: `shaders/hidden.wgsl`.
 
-use super::Layer;
-use crate::gpu::{Frame, Shader, Texture};
+use super::{Layer, LayerQuery, LayerSeparation, View, ViewError};
+use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::{shader, uniform};
 use glam::UVec2;
 
 const SHADER: Shader = shader!("hidden");
 
-/// Bytes of `Guess` in the shader.
-const GUESS_BYTES: u64 = 32;
-/// Bytes of the `REMEMBERED` times `Surface` of a row.
-const ROW_BYTES: u64 = 16 * 32;
+/// Rows and columns are followed in both directions.
+const DIRECTIONS: u32 = 4;
+/// Bytes of a pixel's distances, one for each direction.
+const PIXEL_BYTES: u64 = 4 * 4;
+/// Bytes of the `DIRECTIONS` times `REMEMBERED` times `Surface` of a row.
+const ROW_BYTES: u64 = 4 * 16 * 8;
 
 uniform! {
     struct Hidden {
         separation_z: f32,
-        direction: u32,
+        _unused: u32,
         size: [u32; 2],
+    }
+}
+
+/// What the pinhole image of a view hides, guessed once.
+struct Kept {
+    separation_z: f32,
+    distances: Buffer,
+}
+
+impl View {
+    /// What the pinhole image hides, where it lies behind `below`, R32F stored depth; none where that is
+    /// -1. Of a scene the nearest surfaces there. Of an image what goes on from beside nearer
+    /// surfaces, as far behind them as layers lie apart, guessed once for each image: where
+    /// nothing is hidden its alpha is 0.
+    pub fn hidden(
+        &mut self,
+        frame: &mut Frame<'_>,
+        below: &Texture,
+        separation: LayerSeparation,
+    ) -> Result<Layer, ViewError> {
+        if self.is_scene() {
+            return self.layer(frame, "hidden", LayerQuery { below: Some(below), ..LayerQuery::NEAREST });
+        }
+        let separation_z = separation.z;
+        let seen = self.pinhole(frame);
+        let kept = self.kept::<Kept>().take().filter(|kept| kept.separation_z == separation_z);
+        let distances = match kept {
+            Some(kept) => {
+                frame.skip("hidden surfaces known");
+                kept.distances
+            }
+            None => follow(frame, &seen, separation_z),
+        };
+        *self.kept() = Some(Kept { separation_z, distances: distances.clone() });
+        Ok(show(frame, &seen, &distances, below, separation_z))
     }
 }
 
@@ -28,30 +65,37 @@ uniform! {
 /// is 0, and it holds what is seen. Hidden surfaces lie at least `separation_z` of stored depth
 /// behind what hides them, and not in front of `below`, R32F, whose texels of -1 want none.
 pub(super) fn behind(frame: &mut Frame<'_>, seen: &Layer, below: &Texture, separation_z: f32) -> Layer {
+    let distances = follow(frame, seen, separation_z);
+    show(frame, seen, &distances, below, separation_z)
+}
+
+fn follow(frame: &mut Frame<'_>, seen: &Layer, separation_z: f32) -> Buffer {
     let size = seen.depth.size();
     let gpu = frame.gpu();
-    let guesses = gpu.buffer("guesses", GUESS_BYTES * u64::from(size.x) * u64::from(size.y));
-    let interrupted = gpu.scratch("interrupted surfaces", ROW_BYTES * u64::from(size.max_element()));
-    let params = Hidden { separation_z, direction: 0, size: size.to_array() };
-    for direction in 0..4 {
-        let rows = if direction < 2 { size.y } else { size.x };
-        frame
-            .pass(&SHADER, "follow")
-            .uniform("params", &Hidden { direction, ..params })
-            .texture("color", &seen.color)
-            .texture("depth", &seen.depth)
-            .buffer("guesses", &guesses)
-            .buffer("interrupted", &interrupted)
-            .dispatch(UVec2::new(rows, 1));
-    }
+    let distances = gpu.scratch("distances to hidden surfaces", PIXEL_BYTES * u64::from(size.x) * u64::from(size.y));
+    let rows = size.max_element();
+    let interrupted = gpu.scratch("interrupted surfaces", ROW_BYTES * u64::from(rows));
+    frame
+        .pass(&SHADER, "follow")
+        .uniform("params", &Hidden { separation_z, _unused: 0, size: size.to_array() })
+        .texture("color", &seen.color)
+        .texture("depth", &seen.depth)
+        .buffer("distances", &distances)
+        .buffer("interrupted", &interrupted)
+        .dispatch(UVec2::new(rows, DIRECTIONS));
+    distances
+}
+
+fn show(frame: &mut Frame<'_>, seen: &Layer, distances: &Buffer, below: &Texture, separation_z: f32) -> Layer {
+    let size = seen.depth.size();
     let layer = super::fine::empty(frame, size);
     frame
         .pass(&SHADER, "show_hidden")
-        .uniform("params", &params)
+        .uniform("params", &Hidden { separation_z, _unused: 0, size: size.to_array() })
         .texture("color", &seen.color)
         .texture("depth", &seen.depth)
         .texture("below", below)
-        .buffer("guesses", &guesses)
+        .buffer("distances", distances)
         .texture("hidden_color", &layer.color)
         .texture("hidden_depth", &layer.depth)
         .dispatch(size);

@@ -106,16 +106,19 @@ fn blurred_foreground_is_as_transparent_as_the_disc_segment() {
     let color = Image::from_fn(size, |x, _| if x < 32 { FRONT } else { BACK });
     let c = -13.0;
     let depth = Image::from_fn(size, |x, _| if x < 32 { lens.coc().depth_at(c) as f32 } else { 2.0 });
-    let image = render_image(&Splat::default(), &color, &depth, &lens).image;
-    for x in 8..56 {
-        let beyond_edge = f64::from(x) + 0.5 - 32.0;
-        // Beyond the edge the background is seen and known; before it there is none to show.
-        let alpha = if beyond_edge > 0.0 { disc_segment(beyond_edge, c.abs()) } else { 1.0 };
-        let wanted = FRONT * alpha as f32 + BACK * (1.0 - alpha) as f32;
-        let error = (image.at(x, 20) - wanted).abs().max_element();
-        // The segment at the pixel's centre for its mean over the pixel (curvature / 24,
-        // greatest at the rim: 2e-3), and f16.
-        assert!(error < 4e-3, "x = {x}: {} of {wanted}", image.at(x, 20));
+    for hidden in [false, true] {
+        let image = render_image(&Splat { hidden, ..Splat::default() }, &color, &depth, &lens).image;
+        for x in 8..56 {
+            let beyond_edge = f64::from(x) + 0.5 - 32.0;
+            // Beyond the edge the background is seen and known; before it, it is guessed or missing.
+            let is_known = hidden || beyond_edge > 0.0;
+            let alpha = if is_known { disc_segment(beyond_edge, c.abs()) } else { 1.0 };
+            let wanted = FRONT * alpha as f32 + BACK * (1.0 - alpha) as f32;
+            let error = (image.at(x, 20) - wanted).abs().max_element();
+            // The segment at the pixel's centre for its mean over the pixel (curvature / 24,
+            // greatest at the rim: 2e-3), and f16.
+            assert!(error < 4e-3, "hidden {hidden}, x = {x}: {} of {wanted}", image.at(x, 20));
+        }
     }
 }
 
@@ -235,14 +238,22 @@ fn hidden_surfaces_pass_the_three_tests_only() {
 }
 
 #[test]
-fn no_foreground_or_no_scene_needs_no_hidden_image() {
+fn no_foreground_needs_no_hidden_image() {
     let mut view = view_of(&near_before_wall(), uvec2(64, 48));
     let near_focus = common::lens(8.0, f64::from(NEAR_M));
     let stats = render(&Splat::default(), &mut view, &near_focus).stats;
     assert_eq!(stats.skipped.get("no foreground: no hidden image"), Some(&1), "{:?}", stats.skipped);
-    let (color, depth) = (Image::filled(uvec2(16, 16), FRONT), Image::filled(uvec2(16, 16), 1.0));
-    let stats = render_image(&Splat::default(), &color, &depth, &wall_lens()).stats;
-    assert_eq!(stats.skipped.get("no scene: no hidden image"), Some(&1), "{:?}", stats.skipped);
+}
+
+#[test]
+fn what_an_image_hides_is_guessed_once() {
+    let method = Splat::default();
+    let lens = wall_lens();
+    let mut view = view_of(&near_before_wall(), uvec2(64, 48)).as_image(gpu()).unwrap();
+    let first = render(&method, &mut view, &lens).stats;
+    assert_eq!(first.skipped.get("hidden surfaces known"), None, "{:?}", first.skipped);
+    let second = render(&method, &mut view, &lens).stats;
+    assert_eq!(second.skipped.get("hidden surfaces known"), Some(&1), "{:?}", second.skipped);
 }
 
 // ---- apertures ----

@@ -12,8 +12,8 @@ use glam::{UVec2, dvec2};
 const SHADER: Shader = shader!("methods/adaptive_highlights");
 
 /// Emitters that a tile can list. Cells are an eighth to a quarter of the blur's radius
-/// wide, and those reach a tile of 8 px that lie in the 24 cells of 1 px on each side around
-/// it, or in fewer larger ones: one surface that is bright everywhere has no more.
+/// wide, at most 32 px, and those reach a tile of 8 px that lie in the 24 cells of 1 px on each side
+/// around it, or in fewer larger ones: one surface that is bright everywhere has no more.
 const CAPACITY: u32 = 24 * 24;
 
 /// Cells on each side of the aperture's table: one is 1/32 of the lens's radius wide.
@@ -25,6 +25,8 @@ uniform! {
         sample_px: f32,
         is_disc: u32,
         margin_tiles: u32,
+        block_px: u32,
+        _unused: [u32; 3],
     }
 }
 
@@ -55,15 +57,6 @@ impl Highlights {
         // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
         let searched_tiles = UVec2::from(adaptive.tiles) + 2 * margin_tiles;
-        // A pixel in the frame may be an emitter of its own. Beyond it a tile has one of 8 px and
-        // four of 4 px at most, but next to the frame light that is blurred by less than 4 px
-        // lies in smaller cells: of 1 px up to 3 px from it, or fewer and larger ones. An image may hide as much light as it shows; of a scene's hidden
-        // layers, which are drawn near edges alone, room for as many would be four times the memory.
-        let layers = if adaptive.is_image == 0 { 1 } else { u64::from(adaptive.layers) };
-        let outer = u64::from(adaptive.tiles[0]) * u64::from(adaptive.tiles[1]);
-        let stretched = u64::from(searched_tiles.x) * u64::from(searched_tiles.y) - outer;
-        let around = 2 * u64::from(adaptive.tiles[0] + adaptive.tiles[1]) + 4;
-        let most_emitters = layers * (u64::from(TILE_PX * TILE_PX) * outer + 5 * stretched + 24 * around);
         let searched = searched_tiles * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {
@@ -71,23 +64,29 @@ impl Highlights {
                 sample_px: lights.sample_px,
                 is_disc: (*aperture == Aperture::Disc).into(),
                 margin_tiles,
+                block_px: 1,
+                _unused: [0; 3],
             },
             counts: counts(gpu, adaptive),
             listed_counts: counts(gpu, adaptive),
             lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
-            emitters: gpu.scratch("emitters", EMITTER_BYTES * most_emitters),
+            emitters: gpu.scratch("emitters", EMITTER_BYTES * most_emitters(adaptive, margin_tiles)),
             aperture: gpu.memo().get(aperture, || ApertureTable(aperture_table(gpu, aperture))).0.clone(),
         };
-        frame
-            .pass(&SHADER, "find_emitters")
-            .uniform("adaptive", adaptive)
-            .uniform("highlights", &found.uniform)
-            .buffer("lights", &lights.buffer)
-            .texture("colors", &peeled.color)
-            .texture("depth", &peeled.depth)
-            .buffer("emitter_counts", &found.counts)
-            .buffer("emitters", &found.emitters)
-            .dispatch(searched);
+        let greatest_s = adaptive.nearest_s.abs().max(adaptive.farthest_s.abs());
+        let has_large = greatest_s * adaptive.lens_radius >= LARGE_FROM_PX;
+        for block_px in [1, LARGE_BLOCK_PX].into_iter().take(1 + usize::from(has_large)) {
+            frame
+                .pass(&SHADER, "find_emitters")
+                .uniform("adaptive", adaptive)
+                .uniform("highlights", &HighlightsUniform { block_px, ..found.uniform })
+                .buffer("lights", &lights.buffer)
+                .texture("colors", &peeled.color)
+                .texture("depth", &peeled.depth)
+                .buffer("emitter_counts", &found.counts)
+                .buffer("emitters", &found.emitters)
+                .dispatch(searched.map(|side| side.div_ceil(block_px)));
+        }
         frame
             .pass(&SHADER, "list_emitters")
             .uniform("adaptive", adaptive)
@@ -100,6 +99,32 @@ impl Highlights {
         found
     }
 }
+
+/// Emitters that there may be, of all layers. An image may hide as much light as it shows; of a scene's
+/// hidden layers, which are drawn near edges alone, room for as many would be four times the memory.
+fn most_emitters(adaptive: &AdaptiveUniform, margin_tiles: u32) -> u64 {
+    let [columns, rows] = adaptive.tiles;
+    // Cells, `side` tiles wide, of the frame and so many tiles around it.
+    let cells = |around: u32, side: u32| {
+        let [x, y] = [columns, rows].map(|n| u64::from((n + 2 * around.min(margin_tiles)).div_ceil(side) + 1));
+        x * y
+    };
+    // A pixel in the frame may be an emitter of its own.
+    let inside = u64::from(TILE_PX * TILE_PX) * u64::from(columns) * u64::from(rows);
+    // Beyond it lies what reaches into it. Blur of less than 4 px: cells of 1 px up to 3 px away, or
+    // fewer and larger ones; of less than 8 px: four cells of 4 px a tile; of less than 64 px: one of
+    // a tile; of less than 128 px one of 2x2 tiles; else one of 4x4.
+    let next_to = 24 * (2 * u64::from(columns + rows) + 4);
+    let beyond = next_to + 4 * cells(2, 1) + cells(9, 1) + cells(17, 2) + cells(u32::MAX / 2, 4);
+    let layers = if adaptive.is_image == 0 { 1 } else { u64::from(adaptive.layers) };
+    layers * (inside + beyond)
+}
+
+/// Radius of a blur, px, from which cells are larger than a tile: `LARGE_LEVEL` in the shader.
+const LARGE_FROM_PX: f32 = 64.0;
+
+/// Side, px, of the blocks that such cells are made of.
+const LARGE_BLOCK_PX: u32 = 4;
 
 /// Invocations that list emitters, `LISTING` in the shader: they share out all emitters.
 const LISTING: u32 = 4096;

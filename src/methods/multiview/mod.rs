@@ -24,7 +24,7 @@ use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
-use crate::view::{EnvironmentUniform, View};
+use crate::view::{EnvironmentUniform, LayerSeparation, View};
 use crate::{shader, uniform};
 use glam::{DVec2, Vec2};
 use nbuffer::{NBuffer, window_side};
@@ -50,6 +50,8 @@ pub struct Multiview {
     pub culling: bool,
     /// Whether rays are cones (section 4.4).
     pub cones: bool,
+    /// Whether slabs of an image hold what nearer surfaces hide, as it is guessed.
+    pub hidden: bool,
     /// Diameter of a ray's cone over the CoC *radius*, with 32 lens points of a disc (section 4.4:
     /// 0.137); with others in the ratio of their distances.
     pub lambda: f32,
@@ -101,6 +103,7 @@ impl Default for Multiview {
             intersection: 0,
             culling: true,
             cones: true,
+            hidden: true,
             lambda: LAMBDA_OF_32,
             coverage: 0,
             jitter: 0,
@@ -129,6 +132,8 @@ uniform! {
         near_m: f32,
         lens_radius_m: f32,
         over: u32,
+        stretched_px: f32,
+        _unused: [u32; 3],
     }
 }
 
@@ -139,7 +144,7 @@ impl Method for Multiview {
             title: "Multiview synthesis",
             paper: "Lee, Eisemann and Seidel, Depth-of-Field Rendering with Multiview Synthesis, SIGGRAPH Asia 2009",
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
-            limits: "Within a slab only the nearest surface is known. An image with a depth map has no hidden surfaces to find.",
+            limits: "Within a slab only the nearest surface is known. What an image with a depth map hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -197,6 +202,13 @@ impl Method for Multiview {
                 &mut self.cones,
                 "Gives rays the width of the gaps between them, section 4.4.",
             ),
+            Param::switch(
+                "hidden",
+                "Hidden surfaces of images",
+                &mut self.hidden,
+                "Guess what an image with depth hides from what lies beside it, and let it go on beyond its border. A scene's slabs hold it anyway.",
+            )
+            .as_published("off"),
             Param::float(
                 "lambda",
                 "lambda",
@@ -329,6 +341,11 @@ impl Multiview {
         ((range_px / f64::from(self.delta_px) - 1e-3).ceil() as u32).clamp(1, self.slabs)
     }
 
+    /// Whether there are surfaces in slabs of an image that it does not show.
+    fn guesses_hidden(&self, view: &View) -> bool {
+        self.hidden && !view.is_scene()
+    }
+
     /// Whether rays do the shading: an image's colours are all that is known of it.
     fn shades(&self, view: &View) -> bool {
         self.view_dependent && view.is_scene()
@@ -347,6 +364,8 @@ impl Multiview {
                 ranges,
                 levels,
                 surfaces: self.shades(view),
+                hidden: (self.hidden && count > 1 && !view.is_scene())
+                    .then(|| LayerSeparation::of(&view.lens_uniform(lens))),
                 one_by_one: DRAWINGS[self.drawing] == "one by one",
             },
         )
@@ -393,6 +412,8 @@ impl Multiview {
             near_m: projection.near_m as f32,
             lens_radius_m: projection.eye_on_lens_m(lens, DVec2::X).x as f32,
             over: (COVERAGES[self.coverage] == "over").into(),
+            // Else rays that leave the frame under what is near would meet what that hides.
+            stretched_px: if self.guesses_hidden(view) { projection.outer_size().max_element() as f32 } else { 0.0 },
             ..Default::default()
         }
     }

@@ -2,7 +2,7 @@
 
 use super::{MethodError, SLAB_SHADER};
 use crate::gpu::{Buffer, Frame, Shader, Texture, TextureKey};
-use crate::view::{Layer, LayerQuery, MAX_SLABS_AT_ONCE, SlabArrays, SlabShot, View};
+use crate::view::{Layer, LayerQuery, LayerSeparation, MAX_SLABS_AT_ONCE, SlabArrays, SlabShot, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 use std::sync::Arc;
@@ -73,6 +73,8 @@ pub(super) struct SlabsKey {
     pub levels: u32,
     /// Whether rays do the shading.
     pub surfaces: bool,
+    /// Whether slabs of an image hold what nearer surfaces hide, and how far behind those.
+    pub hidden: Option<LayerSeparation>,
     /// Whether each slab has a draw of its own, however many there are.
     pub one_by_one: bool,
 }
@@ -222,7 +224,7 @@ impl Slabs {
         let padding = self.padding.as_ivec2().to_array();
         let gather = Gather { z_near, z_far, slab: slab as u32, _unused: 0, padding };
         let layer = match &self.surfaces {
-            // What hides in an image is unknown: its one layer is cut up.
+            // The one layer of an image is cut up.
             _ if !view.is_scene() => view.pinhole(frame),
             None => view.layer(frame, &label, query)?,
             Some(arrays) => {
@@ -250,6 +252,20 @@ impl Slabs {
             .texture("slab_depth", &self.depth)
             .buffer("content", &self.content)
             .dispatch(self.color.size());
+        if let Some(separation) = self.key.hidden.filter(|_| !view.is_scene()) {
+            let hidden = view.hidden(frame, &layer.depth, separation)?;
+            frame
+                .pass(&SLAB_SHADER, "gather_hidden")
+                .label(format_args!("gather hidden {slab}"))
+                .uniform("gather", &gather)
+                .texture("color", &hidden.color)
+                .texture("depth", &hidden.depth)
+                .texture("visible_depth", &layer.depth)
+                .level("slab_color", &self.color, 0)
+                .texture("slab_depth", &self.depth)
+                .buffer("content", &self.content)
+                .dispatch(self.color.size());
+        }
         Ok(())
     }
 

@@ -36,7 +36,7 @@ use super::sprites::{SpriteTable, SpritesUniform};
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
-use crate::view::{Layer, LayerQuery, LensUniform, View};
+use crate::view::{Layer, LayerSeparation, LensUniform, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 
@@ -148,7 +148,7 @@ impl Method for Splat {
                 "hidden",
                 "Hidden image",
                 &mut self.hidden,
-                "Draw what lies behind partially occluding foreground and splat it too, section 3.2. Scenes only.",
+                "Draw what lies behind partially occluding foreground and splat it too, section 3.2. Of an image with depth it is guessed from what lies beside the foreground.",
             ),
             Param::choice(
                 "hidden_blend",
@@ -242,8 +242,7 @@ impl Method for Splat {
             return Ok(pass.compose(frame, &layers, None));
         }
         let limit = pass.hidden_limit(frame);
-        let query = LayerQuery { below: Some(&limit), ..LayerQuery::NEAREST };
-        let hidden = view.layer(frame, "hidden", query)?;
+        let hidden = view.hidden(frame, &limit, LayerSeparation::of(&pass.lens))?;
         frame.expose("hidden", &hidden.color);
         let hidden_layers = pass.splat_hidden(frame, &hidden);
         Ok(pass.compose(frame, &layers, Some(&hidden_layers)))
@@ -286,10 +285,6 @@ const LAYERS: [(f32, &str); 4] = [(0.0, "at"), (1.0, "at, in front"), (2.0, "at,
 impl Splat {
     fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
         if !self.hidden || !self.layers {
-            return false;
-        }
-        if !view.is_scene() {
-            frame.skip("no scene: no hidden image");
             return false;
         }
         // Foreground whose spots stay within a pixel occludes nothing partially.
@@ -360,7 +355,7 @@ impl Splatting {
             .texture("visible_depth", &self.visible.depth)
     }
 
-    /// Equation (4): z below which hidden surfaces are accepted, 0 where none is.
+    /// Equation (4): z below which hidden surfaces are accepted, -1 where none is.
     fn hidden_limit(&self, frame: &mut Frame<'_>) -> Texture {
         let size = self.visible.depth.size();
         let limit = frame.texture(HIDDEN_LIMIT, size, wgpu::TextureFormat::R32Float);
@@ -418,8 +413,12 @@ impl Splatting {
             Some([hidden_same, hidden_behind]) => {
                 frame.expose("M1: hidden, at", hidden_same);
                 frame.expose("M2: hidden, behind", hidden_behind);
-                let pass = frame.pass(&SHADER, "compose_with_hidden").texture("hidden_same", hidden_same);
-                pass.texture("hidden_behind", hidden_behind)
+                let pass = frame
+                    .pass(&SHADER, "compose_with_hidden")
+                    .uniform("lens", &self.lens)
+                    .uniform("sprites", &self.sprites)
+                    .texture("visible_depth", &self.visible.depth);
+                pass.texture("hidden_same", hidden_same).texture("hidden_behind", hidden_behind)
             }
         };
         pass.uniform("params", &self.params)

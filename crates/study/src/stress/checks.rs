@@ -125,6 +125,14 @@ fn rounding(greatest: f32) -> f32 {
     F16_ROUNDINGS * greatest + F16_SMALLEST_ROUNDINGS
 }
 
+/// Roundings of a value that goes through a pyramid of the image: each level may truncate once;
+/// two more for the input and the result.
+fn pyramid_rounding(size: UVec2) -> f32 {
+    const TRUNCATION: f32 = 1.0 / 2048.0;
+    let levels = (size.max_element() as f32).log2().ceil();
+    F16_ROUNDINGS.max((levels + 2.0) * TRUNCATION)
+}
+
 impl Subject<'_> {
     fn again(&mut self) -> Result<ColorImage, MethodError> {
         render(self.gpu, self.method, &mut self.specimen.view, &self.specimen.lens, Precision::Half)
@@ -170,7 +178,7 @@ fn range(subject: &mut Subject<'_>) -> Finding {
 
 fn constancy(subject: &mut Subject<'_>) -> Finding {
     let (Some(color), true) = (subject.specimen.only_color, subject.method.about().averages) else { return Ok(None) };
-    let slack = F16_ROUNDINGS * color.abs() + F16_SMALLEST_ROUNDINGS;
+    let slack = pyramid_rounding(subject.image.size) * color.abs() + F16_SMALLEST_ROUNDINGS;
     Ok(Some(first_bad_pixel(&subject.image, |_, p| {
         (!(p - color).abs().cmple(slack).all()).then(|| format!("is {p} where all is {color}"))
     })))
@@ -215,7 +223,10 @@ fn spot_lies_inside(subject: &Subject<'_>) -> bool {
     let lens = &subject.specimen.lens;
     // Round methods draw the disc of the same standard deviation, whose radius is 2 sigma.
     let extent = lens.aperture.radius().max(4.0 * lens.aperture.sigma_per_coc());
-    let reach_px = 0.5 * lens.coc_diameter_px(depth_m).abs() * extent + 1.0;
+    // A method that divides by what arrives divides by less where the spots of pixels beyond the
+    // border are missing: the light must not reach there either.
+    let spots = if subject.method.about().averages { 2.0 } else { 1.0 };
+    let reach_px = spots * (0.5 * lens.coc_diameter_px(depth_m).abs() * extent + 1.0);
     let size = pixels.color.size.as_dvec2();
     let centre = light.as_dvec2() + 0.5;
     centre.min(size - centre).cmpgt(DVec2::splat(reach_px)).all()

@@ -1,7 +1,7 @@
 //! What is known not to hold, and why: failures that are expected, and that make the run
 //! fail once they no longer happen.
 
-use super::cases::Combination;
+use super::cases::{Combination, random_case};
 use super::specimen::{ImageCase, Specimen};
 use glam::uvec2;
 
@@ -29,11 +29,14 @@ const LAYERS: &str = "a pixel goes to the layer in front, at or behind another b
 const HIDDEN_EMITTERS: &str = "what is brighter than 2 is brought by emitters; an image has none where something nearer \
     hides them, and what is left is not divided by its share as rays are";
 
+const SINGLE_EMITTERS: &str = "what is brighter than 2 is brought by emitters, each by the share of the lens that it \
+    covers: where surfaces of several depths meet, shares of those that are seen may add up to more than 1";
+
 const FEW_RAYS: &str = "few rays a pixel, each of which takes part whole: one that steps over an edge shows more of \
     the contrast than the focus step explains";
 
-const TAPS: &str = "twelve taps, each of which weighs by the depth of one pixel: one that steps over an edge of the \
-    depth weighs another amount at once, as published";
+const TAPS: &str = "taps that weigh by the depth of one pixel: one that steps over an edge of the depth weighs another \
+    amount at once, as published";
 
 const COARSE_DEPTHS: &str = "holes are filled with means of depths, and where one rounding step of a depth changes its CoC \
     by pixels, a mean lies a step to either side";
@@ -59,6 +62,22 @@ fn is_odd(specimen: &Specimen) -> bool {
 
 fn has_several_depths(specimen: &Specimen) -> bool {
     specimen.pixels.as_ref().is_none_or(|pixels| pixels.only_depth_m().is_none())
+}
+
+/// Whether neighbouring pixels differ in blur by more than a pixel somewhere: where one filter tap or
+/// ray steps over such an edge, the picture changes by more than its own blur does.
+fn has_edges(specimen: &Specimen) -> bool {
+    const EDGE_PX: f64 = 1.0;
+    let Some(pixels) = &specimen.pixels else { return true };
+    let size = pixels.depth_m.size;
+    let coc_px = |x: u32, y: u32| specimen.lens.coc_diameter_px(f64::from(pixels.depth_m.at(x, y)));
+    let differ = |a: f64, b: f64| (a - b).abs() > EDGE_PX;
+    (0..size.y).any(|y| {
+        (0..size.x).any(|x| {
+            let here = coc_px(x, y);
+            x + 1 < size.x && differ(here, coc_px(x + 1, y)) || y + 1 < size.y && differ(here, coc_px(x, y + 1))
+        })
+    })
 }
 
 /// Above the radiance at which `adaptive` makes emitters.
@@ -100,17 +119,23 @@ fn tapped_edges() -> Vec<ImageCase> {
     ]
 }
 
-fn few_rays_inside() -> Vec<ImageCase> {
-    let slope = "slope of 1 % around the focus";
+fn noisy_taps() -> Vec<ImageCase> {
+    let noise = "noise over all depths";
     vec![
-        Combination::named("widest Gaussian", "near object before a sharp wall", "1e-7 and 1", uvec2(1, 100)).case(),
-        Combination::named("df 1 % above F", slope, "a bright point", uvec2(3, 5)).case(),
+        random_case(703, 0),
+        random_case(703, 17),
+        Combination::named("slight blur", noise, "0 and 65504", uvec2(16, 16)).case(),
+        Combination::named("slight blur", noise, "1e-7 and 1", uvec2(100, 1)).case(),
     ]
 }
 
 fn dark_edges() -> Vec<ImageCase> {
     let dark = "subnormal numbers of f16 and f32";
     vec![Combination::named("E = 1e30 mm", "near object before a sharp wall", dark, uvec2(33, 17)).case()]
+}
+
+fn bright_noise() -> Vec<ImageCase> {
+    vec![random_case(703, 9), random_case(704, 16), random_case(705, 18)]
 }
 
 fn bright_steps() -> Vec<ImageCase> {
@@ -133,34 +158,25 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
         witnesses: coarse_depths,
         reason: COARSE_DEPTHS,
     },
-    KnownLimit {
-        method: "splat",
-        check: "continuity",
-        applies: has_several_depths,
-        witnesses: layered_images,
-        reason: LAYERS,
-    },
-    KnownLimit {
-        method: "preblur",
-        check: "continuity",
-        applies: has_several_depths,
-        witnesses: tapped_edges,
-        reason: TAPS,
-    },
+    KnownLimit { method: "splat", check: "continuity", applies: has_edges, witnesses: layered_images, reason: LAYERS },
+    KnownLimit { method: "preblur", check: "continuity", applies: has_edges, witnesses: tapped_edges, reason: TAPS },
     KnownLimit { method: "opaque", check: "range", applies: is_dark, witnesses: dark_edges, reason: DARK },
+    KnownLimit { method: "separable", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
+    KnownLimit { method: "gather", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
+    KnownLimit { method: "mipmap", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
     KnownLimit {
-        method: "multiview",
+        method: "adaptive",
         check: "continuity",
-        applies: has_several_depths,
-        witnesses: few_rays_inside,
+        applies: has_edges,
+        witnesses: noisy_depths,
         reason: FEW_RAYS,
     },
     KnownLimit {
         method: "adaptive",
-        check: "continuity",
-        applies: has_several_depths,
-        witnesses: noisy_depths,
-        reason: FEW_RAYS,
+        check: "range",
+        applies: |specimen| is_bright(specimen) && has_several_depths(specimen),
+        witnesses: bright_noise,
+        reason: SINGLE_EMITTERS,
     },
     KnownLimit {
         method: "adaptive",
