@@ -110,7 +110,9 @@ fn every_check_names_the_first_bad_pixel() {
     expect_failure("constancy", Some(BAD), &shade);
     let dark = failures(|image, _| *at(image) = Vec3::splat(-1e-3), &mut specimen("all behind", "black"));
     expect_failure("sign", Some(BAD), &dark);
-    let light = failures(|image, _| *at(image) = Vec3::splat(1.0), &mut specimen("all behind", "a bright point"));
+    let point = Combination::named("slight blur", "all behind", "a bright point", uvec2(48, 40)).case();
+    let mut point = Specimen::of_image(gpu(), &point).unwrap();
+    let light = failures(|image, _| *at(image) = Vec3::splat(1.0), &mut point);
     expect_failure("energy", None, &light);
     let popping = failures(
         |image, lens| {

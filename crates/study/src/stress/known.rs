@@ -122,8 +122,8 @@ fn tapped_edges() -> Vec<ImageCase> {
 fn noisy_taps() -> Vec<ImageCase> {
     let noise = "noise over all depths";
     vec![
-        random_case(703, 0),
-        random_case(703, 17),
+        random_case(0, 703),
+        random_case(17, 703),
         Combination::named("slight blur", noise, "0 and 65504", uvec2(16, 16)).case(),
         Combination::named("slight blur", noise, "1e-7 and 1", uvec2(100, 1)).case(),
     ]
@@ -135,7 +135,7 @@ fn dark_edges() -> Vec<ImageCase> {
 }
 
 fn bright_noise() -> Vec<ImageCase> {
-    vec![random_case(703, 9), random_case(704, 16), random_case(705, 18)]
+    vec![random_case(9, 703), random_case(16, 704), random_case(18, 705)]
 }
 
 fn bright_steps() -> Vec<ImageCase> {
