@@ -19,6 +19,7 @@
 //! | [`Splat`] | a spot a pixel, in three layers around each destination's depth | one more layer | any | Lee, Kim, Choi 2008 |
 //! | [`Scatter`] | a spot a pixel, sorted far to near | missing | any | Potmesil, Chakravarty 1981 |
 //! | [`Gather`] | rings of taps on a half-size image, each weighed by its own blur | guessed | any | Jimenez 2014 and engines since |
+//! | [`LensLayers`] | lens rays through depth-peeled layers | seen, four deep | any | Lee et al., SIGGRAPH 2010 |
 //! | [`Adaptive`] | few lens rays a pixel through peeled layers, only where blur needs them | seen, four deep | any | this project |
 //! | [`Pinhole`] | nothing: the input | | none | |
 //!
@@ -69,6 +70,7 @@
 mod accumulation;
 pub mod adaptive;
 mod gather;
+mod lens_layers;
 mod linear;
 mod meaning;
 mod mipmap;
@@ -89,6 +91,7 @@ pub mod tile_lists;
 pub use accumulation::{Accumulation, AccumulationRun};
 pub use adaptive::Adaptive;
 pub use gather::Gather;
+pub use lens_layers::LensLayers;
 pub use linear::{CircleSampling, Circles, Coverage, Linear, LinearFilter, linear_cpu};
 pub use meaning::{Meaning, Quantity, Scale};
 pub use mipmap::{Mipmap, MipmapCalibration, MipmapFilter, MipmapInterpolation};
@@ -123,6 +126,7 @@ pub fn all() -> Vec<Box<dyn Method>> {
         Box::new(Splat::default()),
         Box::new(Scatter::default()),
         Box::new(Gather::default()),
+        Box::new(LensLayers::default()),
         Box::new(Adaptive::default()),
     ]
 }

@@ -4,7 +4,7 @@
 //! that; an image does not know. So surfaces that nearer ones interrupt go on behind those, with
 //! the colour and the depth of their ends: `shaders/hidden.wgsl`.
 
-use super::{Layer, LayerQuery, LayerSeparation, View, ViewError};
+use super::Layer;
 use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::{shader, uniform};
 use glam::UVec2;
@@ -26,41 +26,6 @@ uniform! {
     }
 }
 
-/// What the pinhole image of a view hides, guessed once.
-struct Kept {
-    separation_z: f32,
-    distances: Buffer,
-}
-
-impl View {
-    /// What the pinhole image hides, where it lies behind `below`, R32F stored depth; none where that is
-    /// -1. Of a scene the nearest surfaces there. Of an image what goes on from beside nearer
-    /// surfaces, as far behind them as layers lie apart, guessed once for each image: where
-    /// nothing is hidden its alpha is 0.
-    pub fn hidden(
-        &mut self,
-        frame: &mut Frame<'_>,
-        below: &Texture,
-        separation: LayerSeparation,
-    ) -> Result<Layer, ViewError> {
-        if self.is_scene() {
-            return self.layer(frame, "hidden", LayerQuery { below: Some(below), ..LayerQuery::NEAREST });
-        }
-        let separation_z = separation.z;
-        let seen = self.pinhole(frame);
-        let kept = self.kept::<Kept>().take().filter(|kept| kept.separation_z == separation_z);
-        let distances = match kept {
-            Some(kept) => {
-                frame.skip("hidden surfaces known");
-                kept.distances
-            }
-            None => follow(frame, &seen, separation_z),
-        };
-        *self.kept() = Some(Kept { separation_z, distances: distances.clone() });
-        Ok(show(frame, &seen, &distances, below, separation_z))
-    }
-}
-
 /// What the surfaces of `seen` hide, as a layer of its size: where nothing is hidden its alpha
 /// is 0, and it holds what is seen. Hidden surfaces lie at least `separation_z` of stored depth
 /// behind what hides them, and not in front of `below`, R32F, whose texels of -1 want none.
@@ -69,7 +34,8 @@ pub(super) fn behind(frame: &mut Frame<'_>, seen: &Layer, below: &Texture, separ
     show(frame, seen, &distances, below, separation_z)
 }
 
-fn follow(frame: &mut Frame<'_>, seen: &Layer, separation_z: f32) -> Buffer {
+/// For each pixel and direction the distance to the end of a surface that goes on behind it.
+pub(super) fn follow(frame: &mut Frame<'_>, seen: &Layer, separation_z: f32) -> Buffer {
     let size = seen.depth.size();
     let gpu = frame.gpu();
     let distances = gpu.scratch("distances to hidden surfaces", PIXEL_BYTES * u64::from(size.x) * u64::from(size.y));
@@ -86,7 +52,14 @@ fn follow(frame: &mut Frame<'_>, seen: &Layer, separation_z: f32) -> Buffer {
     distances
 }
 
-fn show(frame: &mut Frame<'_>, seen: &Layer, distances: &Buffer, below: &Texture, separation_z: f32) -> Layer {
+/// The layer that these distances make, as of [`behind`].
+pub(super) fn show(
+    frame: &mut Frame<'_>,
+    seen: &Layer,
+    distances: &Buffer,
+    below: &Texture,
+    separation_z: f32,
+) -> Layer {
     let size = seen.depth.size();
     let layer = super::fine::empty(frame, size);
     frame

@@ -47,6 +47,8 @@ pub struct PeelOrder {
     pub draws: u32,
     /// How far a layer lies behind the one before it at least.
     pub separation: LayerSeparation,
+    /// Whether what is far brighter than white is kept apart, as [`Peeled::lights`].
+    pub lights: bool,
 }
 
 /// Distance of surfaces, in stored depth, from which on they are layers of their own.
@@ -133,10 +135,10 @@ impl View {
             frame.skip("layers unchanged");
             return Ok(peeled.clone());
         }
-        let PeelOrder { count, fineness, draws, separation } = order;
+        let PeelOrder { count, fineness, draws, separation, lights: _ } = order;
         // Means over surfaces a pixel of s apart would blur the outline of one as much as the
         // other: half of that is what reads tell apart.
-        let samples = Samples { fineness, draws, same_z: 0.5 * separation.z };
+        let samples = Samples { fineness, draws, same_z: 0.5 * separation.z, lights: order.lights };
         let outer = self.projection.outer_size() * fineness;
         let params = PeelParams::new(outer, fineness, separation);
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
@@ -181,6 +183,41 @@ impl View {
             Peeled { color, depth, layers: count, fineness, samples: all_samples, samples_a_side, lights, order };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
+    }
+}
+
+/// What the pinhole image of a view hides, guessed once.
+struct KeptHidden {
+    separation_z: f32,
+    distances: Buffer,
+}
+
+impl View {
+    /// What the pinhole image hides, where it lies behind `below`, R32F stored depth; none where that is
+    /// -1. Of a scene the nearest surfaces there. Of an image what goes on from beside nearer
+    /// surfaces, as far behind them as layers lie apart, guessed once for each image: where
+    /// nothing is hidden its alpha is 0.
+    pub fn hidden(
+        &mut self,
+        frame: &mut Frame<'_>,
+        below: &Texture,
+        separation: LayerSeparation,
+    ) -> Result<Layer, ViewError> {
+        if self.is_scene() {
+            return self.layer(frame, "hidden", LayerQuery { below: Some(below), ..LayerQuery::NEAREST });
+        }
+        let separation_z = separation.z;
+        let seen = self.pinhole(frame);
+        let kept = self.kept::<KeptHidden>().take().filter(|kept| kept.separation_z == separation_z);
+        let distances = match kept {
+            Some(kept) => {
+                frame.skip("hidden surfaces known");
+                kept.distances
+            }
+            None => hidden::follow(frame, &seen, separation_z),
+        };
+        *self.kept() = Some(KeptHidden { separation_z, distances: distances.clone() });
+        Ok(hidden::show(frame, &seen, &distances, below, separation_z))
     }
 }
 

@@ -59,6 +59,8 @@ pub(super) struct Samples {
     pub draws: u32,
     /// Stored depth within which samples belong together.
     pub same_z: f32,
+    /// Whether what is far brighter than white is kept apart.
+    pub lights: bool,
 }
 
 impl View {
@@ -67,7 +69,7 @@ impl View {
         let size = self.projection.outer_size();
         let samples_a_side = order.fineness * order.draws;
         let samples = self.fine_layer(frame, "samples", samples_a_side, LayerQuery::NEAREST)?;
-        let lights = (self.brightest(frame) > HIGHLIGHT_LIMIT).then(|| Lights {
+        let lights = (order.lights && self.brightest(frame) > HIGHLIGHT_LIMIT).then(|| Lights {
             buffer: frame.gpu().scratch("lights", LIGHT_BYTES * u64::from(size.x) * u64::from(size.y)),
             sample_px: 1.0 / samples_a_side as f32,
         });

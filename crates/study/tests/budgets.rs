@@ -59,6 +59,7 @@ const BUDGETS: &[Budget] = &[
     Budget { method: "splat", passes: 7, indirect: 0, draws: [1, 1, 2], mb: 248 },
     Budget { method: "scatter", passes: 108, indirect: 0, draws: [0, 0, 1], mb: 165 },
     Budget { method: "gather", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 115 },
+    Budget { method: "lens-layers", passes: 30, indirect: 0, draws: [0, 0, 28], mb: 900 },
     Budget { method: "adaptive", passes: 12, indirect: 6, draws: [0, 0, 28], mb: 1728 },
 ];
 

@@ -286,7 +286,8 @@ impl Adaptive {
     fn peel(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Peeled, MethodError> {
         let lens = view.lens_uniform(lens);
         let separation = LayerSeparation::of(&lens);
-        let mut order = PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation };
+        let mut order =
+            PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation, lights: true };
         if 0.5 * lens.slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
             frame.skip("nothing hidden shows: no layers");
             order = PeelOrder { count: 1, fineness: 1, ..order };

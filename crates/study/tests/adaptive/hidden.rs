@@ -21,7 +21,7 @@ fn hidden_layers_are_left_out_far_from_edges() {
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y), unlit(Vec3::Z)]);
     let mut frame = gpu().frame();
     // From the stored depths 0.1 and 0.0125: up to 0.1 / 0.02 = 5 px behind the edge.
-    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation: alike_at_all_depths(0.02) };
+    let order = PeelOrder { count: 2, fineness: 1, draws: 1, separation: alike_at_all_depths(0.02), lights: true };
     let peeled = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let second = download_array_layer(&peeled.depth, 1);
@@ -67,7 +67,7 @@ fn mouldings_leave_layers_for_what_lies_behind() {
     assert!(separation.widening_from_z >= uniform.focus_z && separation.widening_from_z < 2.0 * uniform.focus_z);
     for (widening_from_z, third) in [(1.0, z[2]), (separation.widening_from_z, z[4])] {
         let separation = LayerSeparation { widening_from_z, ..separation };
-        let order = PeelOrder { count: 3, fineness: 1, draws: 1, separation };
+        let order = PeelOrder { count: 3, fineness: 1, draws: 1, separation, lights: true };
         let mut frame = gpu().frame();
         let peeled = view.peeled(&mut frame, &order).unwrap();
         frame.finish();

@@ -64,7 +64,7 @@ fn samples_hold_the_pinhole_image_at_pixel_centres() {
     frame.flush();
     let (color, depth) = (download(gpu(), &pinhole.color), download_depth(gpu(), &pinhole.depth));
     for (fineness, draws) in [(1, 1), (2, 1), (3, 1), (1, 3), (2, 2)] {
-        let order = PeelOrder { count: 2, fineness, draws, separation: alike_at_all_depths(0.01) };
+        let order = PeelOrder { count: 2, fineness, draws, separation: alike_at_all_depths(0.01), lights: true };
         let Peeled { samples, samples_a_side, .. } = view.peeled(&mut frame, &order).unwrap();
         frame.flush();
         assert_eq!(samples.color.size(), color.size * samples_a_side);
@@ -86,7 +86,7 @@ fn samples_lie_between_pixel_centres() {
     let front = quad(1.0, vec2(-9.0, -9.0), vec2(edge_m, 9.0), 0);
     let mut view = view_of(vec![wall, front], vec![unlit(Vec3::X), unlit(Vec3::Y)]);
     let mut frame = gpu().frame();
-    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation: alike_at_all_depths(0.01) };
+    let order = PeelOrder { count: 1, fineness: 2, draws: 2, separation: alike_at_all_depths(0.01), lights: true };
     let Peeled { samples, .. } = view.peeled(&mut frame, &order).unwrap();
     frame.finish();
     let colors = download(gpu(), &samples.color);
