@@ -56,8 +56,6 @@ impl Highlights {
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
         // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
-        let searched_tiles = UVec2::from(adaptive.tiles) + 2 * margin_tiles;
-        let searched = searched_tiles * TILE_PX;
         let found = Self {
             uniform: HighlightsUniform {
                 capacity: CAPACITY,
@@ -75,11 +73,15 @@ impl Highlights {
         };
         let greatest_s = adaptive.nearest_s.abs().max(adaptive.farthest_s.abs());
         let has_large = greatest_s * adaptive.lens_radius >= LARGE_FROM_PX;
-        for block_px in [1, LARGE_BLOCK_PX].into_iter().take(1 + usize::from(has_large)) {
+        // Cells of at most a tile belong to blur of less than 64 px, which reaches no farther.
+        let small = (1, margin_tiles.min(LARGE_FROM_PX as u32 / TILE_PX + 1));
+        let large = (LARGE_BLOCK_PX, margin_tiles);
+        for (block_px, margin_tiles) in [small, large].into_iter().take(1 + usize::from(has_large)) {
+            let searched = (UVec2::from(adaptive.tiles) + 2 * margin_tiles) * TILE_PX;
             frame
                 .pass(&SHADER, "find_emitters")
                 .uniform("adaptive", adaptive)
-                .uniform("highlights", &HighlightsUniform { block_px, ..found.uniform })
+                .uniform("highlights", &HighlightsUniform { block_px, margin_tiles, ..found.uniform })
                 .buffer("lights", &lights.buffer)
                 .texture("colors", &peeled.color)
                 .texture("depth", &peeled.depth)

@@ -126,11 +126,11 @@ fn rounding(greatest: f32) -> f32 {
 }
 
 /// Roundings of a value that goes through a pyramid of the image: each level may truncate once;
-/// two more for the input and the result.
+/// three more for the input, what is read between levels, and the result.
 fn pyramid_rounding(size: UVec2) -> f32 {
     const TRUNCATION: f32 = 1.0 / 2048.0;
     let levels = (size.max_element() as f32).log2().ceil();
-    F16_ROUNDINGS.max((levels + 2.0) * TRUNCATION)
+    F16_ROUNDINGS.max((levels + 3.0) * TRUNCATION)
 }
 
 impl Subject<'_> {

@@ -134,6 +134,11 @@ fn dark_edges() -> Vec<ImageCase> {
     vec![Combination::named("E = 1e30 mm", "near object before a sharp wall", dark, uvec2(33, 17)).case()]
 }
 
+fn dark_holes() -> Vec<ImageCase> {
+    let dark = "subnormal numbers of f16 and f32";
+    vec![Combination::named("CoC of a million px", "holes of a pixel", dark, uvec2(13, 1)).case()]
+}
+
 fn bright_noise() -> Vec<ImageCase> {
     vec![random_case(9, 703), random_case(16, 704), random_case(18, 705)]
 }
@@ -161,6 +166,7 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
     KnownLimit { method: "splat", check: "continuity", applies: has_edges, witnesses: layered_images, reason: LAYERS },
     KnownLimit { method: "preblur", check: "continuity", applies: has_edges, witnesses: tapped_edges, reason: TAPS },
     KnownLimit { method: "opaque", check: "range", applies: is_dark, witnesses: dark_edges, reason: DARK },
+    KnownLimit { method: "mipmap", check: "range", applies: is_dark, witnesses: dark_holes, reason: DARK },
     KnownLimit { method: "separable", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
     KnownLimit { method: "gather", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
     KnownLimit { method: "mipmap", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
