@@ -1,6 +1,8 @@
 //! Everything that can be done by a name: menus, keys and the command palette share it.
 
 use super::App;
+use super::classroom::{UI_SCALES, scale_name};
+use super::model::LESSONS;
 use super::model::FocusMode;
 use super::model::PictureKind;
 use super::model::PictureSize;
@@ -11,7 +13,7 @@ use defocus::presets::presets;
 use defocus::stereo::{Layout, Stereo};
 use defocus::{lens::Lens, methods};
 use defocus_study::builtin;
-use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
+use eframe::egui::{Context, Event, FocusDirection, Key, KeyboardShortcut, Modifiers};
 
 /// Something to do.
 #[derive(Clone, Debug, PartialEq)]
@@ -88,6 +90,24 @@ pub enum Action {
     SetTheme(Theme),
     /// Read shaders again whenever one is saved.
     WatchShaders,
+    /// A pane beside another that is drawn with the shaders as the program was built.
+    CompareBuilds(PaneId),
+    /// The picture alone with a strip of aperture and focus, or everything.
+    TogglePanels,
+    /// The window over the whole screen, or not.
+    ToggleFullScreen,
+    /// The interface so many times as large as it normally is.
+    ScaleInterface(f32),
+    /// Open the aperture by so many steps; close it by negative ones.
+    NudgeAperture(i8),
+    /// Focus nearer by so many steps, or farther by negative ones.
+    NudgeFocus(i8),
+    /// Begin the lesson of that place, from 0.
+    Lesson(usize),
+    /// Go on in the lessons by so many.
+    StepLesson(i8),
+    /// Back to what was shown before the lessons.
+    EndLesson,
 }
 
 /// An action with its name for people.
@@ -141,7 +161,18 @@ impl App {
             command("Fit picture or pixel for pixel", plain(Key::Z), Action::ToggleZoom),
             command("Camera as the scene has it", plain(Key::R), Action::ResetCamera),
             command("Figures against the reference", plain(Key::M), Action::Measure),
+            command("Open the aperture", plain(Key::Period), Action::NudgeAperture(1)),
+            command("Close the aperture", plain(Key::Comma), Action::NudgeAperture(-1)),
+            command("Focus nearer", plain(Key::K), Action::NudgeFocus(1)),
+            command("Focus farther", plain(Key::L), Action::NudgeFocus(-1)),
+            command("Full screen", plain(Key::F11), Action::ToggleFullScreen),
+            command("Hide or show the panels", plain(Key::Tab), Action::TogglePanels),
         ];
+        if self.lessons.is_on() {
+            commands.push(command("Next lesson", plain(Key::PageDown), Action::StepLesson(1)));
+            commands.push(command("Lesson before", plain(Key::PageUp), Action::StepLesson(-1)));
+            commands.push(command("End lesson", None, Action::EndLesson));
+        }
         for (pane, key) in self.document.panes.iter().zip(NUMBERS) {
             let number = self.document.index_of(pane.id).map_or(0, |i| i + 1);
             let title = pane.method.title();
@@ -163,8 +194,13 @@ impl App {
             command("Default parameters of pane A".into(), Action::ResetParams(a)),
             command("Lens that suits the scene".into(), Action::SuitLens),
             command("Reload shaders on save".into(), Action::WatchShaders),
+            command("Compare pane A with its shaders as built".into(), Action::CompareBuilds(a)),
             command("Time the passes of pane A".into(), Action::TimePasses),
         ];
+        let lessons = LESSONS.iter().enumerate();
+        let lessons = lessons.map(|(i, lesson)| (format!("Lesson {}: {}", i + 1, lesson.title), Action::Lesson(i)));
+        commands.extend(lessons.map(|(name, action)| command(name, action)));
+        commands.extend(UI_SCALES.map(|scale| command(scale_name(scale), Action::ScaleInterface(scale))));
         let arrangements = Arrangement::ALL.iter();
         commands
             .extend(arrangements.map(|(to, name, _)| command(format!("Arrangement: {name}"), Action::Arrange(*to))));
@@ -234,6 +270,14 @@ impl App {
                 let known = self.document.stereo.unwrap_or_default();
                 self.document.stereo = layout.map(|layout| Stereo { layout, ..known });
             }
+            Action::TogglePanels
+            | Action::ToggleFullScreen
+            | Action::ScaleInterface(_)
+            | Action::NudgeAperture(_)
+            | Action::NudgeFocus(_)
+            | Action::Lesson(_)
+            | Action::StepLesson(_)
+            | Action::EndLesson => self.perform_for_class(ctx, action),
             action => self.change_panes(action),
         }
     }
@@ -263,6 +307,14 @@ impl App {
                 }
                 document.arrangement = Arrangement::Tiles;
             }
+            Action::CompareBuilds(id) => {
+                if let Some(state) = document.pane(id).cloned()
+                    && let Some(copy) = document.add_pane(MethodChoice { as_built: true, ..state.method })
+                {
+                    (document.a, document.b, document.arrangement) = (id, copy, Arrangement::Tiles);
+                    self.preferences.reload_shaders = true;
+                }
+            }
             Action::ClosePane(id) => document.close_pane(id),
             Action::Arrange(arrangement) => document.arrangement = arrangement,
             Action::ResetPanes => (document.tiles, document.arrangement) = (None, Arrangement::Tiles),
@@ -279,7 +331,9 @@ impl App {
             Action::SetMethod(id, method) => {
                 if let Some(pane) = document.pane_mut(id) {
                     let reference = method == "accumulation";
+                    let as_built = pane.method.as_built;
                     pane.method = if reference { MethodChoice::reference() } else { MethodChoice::new(&method) };
+                    pane.method.as_built = as_built;
                     // What the new method has too stays in sight.
                     let known = Inside::overlays(&pane.method);
                     if let Show::Inside(inside) = &mut pane.show
@@ -291,7 +345,7 @@ impl App {
             }
             Action::ResetParams(id) => {
                 if let Some(pane) = document.pane_mut(id) {
-                    pane.method = MethodChoice::new(&pane.method.id);
+                    pane.method = MethodChoice { as_built: pane.method.as_built, ..MethodChoice::new(&pane.method.id) };
                 }
             }
             Action::SetShow(id, index) => self.set_show(id, index, is_scene),
@@ -334,8 +388,7 @@ impl App {
     /// Does what the pressed keys stand for.
     pub(super) fn keys(&mut self, ctx: &Context) {
         if ctx.input(|i| i.key_pressed(Key::Escape)) {
-            self.messages.dismiss();
-            self.give_up_loading();
+            self.escape(ctx);
         }
         // While something is typed, only what is pressed together with Ctrl is for us; what
         // the text field itself takes (copy, undo) stays its own.
@@ -349,7 +402,9 @@ impl App {
             if typing && (!keys.modifiers.command || is_texts_own) {
                 continue;
             }
-            if ctx.input_mut(|i| i.consume_shortcut(&keys)) {
+            if keys.logical_key == Key::Tab {
+                self.panels_key(ctx, &keys, action);
+            } else if ctx.input_mut(|i| i.consume_shortcut(&keys)) {
                 self.perform(ctx, action);
             }
         }
@@ -357,6 +412,35 @@ impl App {
             self.special_keys(ctx);
         }
         self.viewport.set_blinking(!typing && ctx.input(|i| i.key_down(Key::B) && i.modifiers.is_none()));
+    }
+
+    /// Escape ends what is on top: a message, what is being opened, full screen, a lesson.
+    fn escape(&mut self, ctx: &Context) {
+        let is_asked = self.dialogs.is_open() || self.palette.is_open() || self.help;
+        let is_busy = self.loader.loading().is_some() || self.messages.has_any();
+        self.messages.dismiss();
+        self.give_up_loading();
+        self.help = false;
+        if is_asked || is_busy {
+            return;
+        }
+        if ctx.input(|i| i.viewport().fullscreen.unwrap_or(false)) {
+            self.perform(ctx, Action::ToggleFullScreen);
+        } else if self.lessons.is_on() {
+            self.perform(ctx, Action::EndLesson);
+        }
+    }
+
+    /// Tab goes from field to field where one has the focus; where none has, it hides or shows
+    /// the panels.
+    fn panels_key(&mut self, ctx: &Context, keys: &KeyboardShortcut, action: Action) {
+        let is_asked = self.dialogs.is_open() || self.palette.is_open();
+        let is_free = ctx.memory(|memory| memory.focused().is_none()) && !is_asked;
+        if is_free && ctx.input_mut(|i| i.consume_shortcut(keys)) {
+            // The interface has seen the key before and would give the focus to its first field.
+            ctx.memory_mut(|memory| memory.move_focus(FocusDirection::None));
+            self.perform(ctx, action);
+        }
     }
 
     /// Keys that arrive in another form than a shortcut.

@@ -1,6 +1,8 @@
 //! The bar above the panes and the line below them.
 
 use super::actions::Action;
+use super::classroom::{UI_SCALES, scale_name};
+use super::model::LESSONS;
 use super::model::Arrangement;
 use super::model::PictureKind;
 use super::model::Theme;
@@ -13,7 +15,7 @@ use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
 /// Width from which the bar fits into one row, points; two rows fit into the least width of
 /// the window.
-const ONE_ROW: f32 = 880.0;
+const ONE_ROW: f32 = 1010.0;
 
 /// Width of the list of cameras with its name, points.
 const CAMERAS: f32 = 160.0;
@@ -44,6 +46,9 @@ impl App {
 
     fn left_end(&mut self, ui: &mut Ui) {
         ui.menu_button("File", |ui| self.file_menu(ui)).response.on_hover_text("Open and save");
+        let help = "Full screen, the picture alone, size of the interface";
+        ui.menu_button("View", |ui| self.view_menu(ui)).response.on_hover_text(help);
+        ui.menu_button("Lessons", |ui| self.lessons_menu(ui)).response.on_hover_text("The findings, one by one");
         self.scene_list(ui);
         self.camera_list(ui);
     }
@@ -86,6 +91,26 @@ impl App {
         ui.separator();
         self.entry(ui, "Copy image", Action::CopyImage(a));
         self.entry(ui, "Copy as command", Action::CopyCommand);
+    }
+
+    fn view_menu(&mut self, ui: &mut Ui) {
+        self.entry(ui, "Full screen", Action::ToggleFullScreen);
+        self.entry(ui, "Hide the panels", Action::TogglePanels);
+        ui.separator();
+        let now = ui.ctx().zoom_factor();
+        for scale in UI_SCALES {
+            let name = scale_name(scale);
+            if ui.selectable_label((now - scale).abs() < 0.01, name).clicked() {
+                self.perform(ui.ctx(), Action::ScaleInterface(scale));
+                ui.close();
+            }
+        }
+    }
+
+    fn lessons_menu(&mut self, ui: &mut Ui) {
+        for (index, lesson) in LESSONS.iter().enumerate() {
+            self.entry(ui, &format!("{}: {}", index + 1, lesson.title), Action::Lesson(index));
+        }
     }
 
     fn entry(&mut self, ui: &mut Ui, name: &str, action: Action) {

@@ -100,6 +100,11 @@ impl Dialogs {
         Self { asking: None, folder }
     }
 
+    /// Whether a file is being asked for.
+    pub fn is_open(&self) -> bool {
+        self.asking.is_some()
+    }
+
     /// Asks for something to open.
     pub fn open(&mut self, ctx: &Context) {
         self.ask(ctx, Purpose::Open, String::new());

@@ -60,6 +60,11 @@ impl Messages {
         self.last.as_deref()
     }
 
+    /// Whether one is to be seen.
+    pub fn has_any(&self) -> bool {
+        !self.toasts.is_empty()
+    }
+
     /// Takes them all away.
     pub fn dismiss(&mut self) {
         self.toasts.dismiss_all_toasts();

@@ -26,6 +26,7 @@
 mod actions;
 mod bars;
 mod browsing;
+mod classroom;
 mod controls;
 mod details;
 mod dialogs;
@@ -147,6 +148,7 @@ pub struct App {
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
     help: bool,
+    lessons: classroom::Lessons,
     started: bool,
 }
 
@@ -274,6 +276,7 @@ impl App {
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
             help: false,
+            lessons: Default::default(),
             started: false,
         }
     }
@@ -351,9 +354,14 @@ impl App {
         let ctx = ui.ctx().clone();
         self.take_in(&ctx);
         self.keys(&ctx);
-        self.top_bar(ui);
-        self.status_bar(ui);
-        self.controls(ui);
+        if !self.preferences.panels_hidden {
+            self.top_bar(ui);
+            self.status_bar(ui);
+        }
+        self.class_bars(ui);
+        if !self.preferences.panels_hidden {
+            self.controls(ui);
+        }
         CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
         self.update_pictures(ui);
         self.hand_out_truths();
@@ -372,8 +380,12 @@ impl App {
     /// What arrived since the last frame: files, answers, complaints, a new theme.
     fn take_in(&mut self, ctx: &egui::Context) {
         if !self.started {
+            ctx.set_zoom_factor(self.preferences.ui_scale.clamp(0.5, 4.0));
             let ctx = ctx.clone();
             self.engine.set_wake(Wake::with(move || ctx.request_repaint()));
+        } else {
+            // Ctrl and +, − or 0 change it too.
+            self.preferences.ui_scale = ctx.zoom_factor();
         }
         self.started = true;
         let dropped = ctx.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
@@ -387,6 +399,7 @@ impl App {
         }
         self.take_in_loaded(ctx);
         self.load_what_is_named(ctx);
+        self.prepare_lesson();
         self.reload_shaders(ctx);
         for trouble in self.engine.take_troubles() {
             self.messages.error(ctx, &trouble);

@@ -73,6 +73,27 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     if let Some(legend) = legend::of(app, id) {
         paint_legend(&painter, part, &legend);
     }
+    marks(app, &painter, part, picture, id);
+}
+
+/// What a picture is, in its corners, where nothing else says so: the method where panes have
+/// no heads, and which eye sees it.
+fn marks(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
+    let seen = picture.intersect(part);
+    if app.preferences.panels_hidden && app.document.visible().len() > 1 {
+        let title = app.document.pane(id).map_or_else(String::new, |pane| pane.method.title());
+        let text = wrapped(painter, &title, seen.width() - 4.0 * INSET);
+        label(painter, seen.left_top() + vec2(INSET, INSET), Align2::LEFT_TOP, text);
+    }
+    let Some(layout) = app.stereo().map(|stereo| stereo.layout).filter(|layout| layout.is_side_by_side()) else {
+        return;
+    };
+    let is_crossed = layout == defocus::stereo::Layout::Crossed;
+    let marks = if is_crossed { ["R", "L"] } else { ["L", "R"] };
+    for (mark, x) in marks.into_iter().zip([picture.left(), picture.center().x]) {
+        let at = pos2(x + INSET, seen.bottom() - INSET);
+        label(painter, at, Align2::LEFT_BOTTOM, wrapped(painter, mark, 60.0));
+    }
 }
 
 /// Where a texture lies: on the picture, so that both show the same thing in the same

@@ -16,6 +16,11 @@ pub struct Palette {
 }
 
 impl Palette {
+    /// Whether it is shown.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// Shows it, or hides it.
     pub fn toggle(&mut self) {
         *self = Self { open: !self.open, ..Self::default() };

@@ -1,7 +1,7 @@
 //! The panes: how they lie, and the head and foot of each.
 
 use super::details::{Exposed, difference_row, inside_row};
-use super::engine::{Figures, Measured, Verdict};
+use super::engine::{Figures, FrameTime, Measured, Verdict};
 use super::model::numbers::significant;
 use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
 use super::model::{aperture_limit, astigmatism_limit};
@@ -96,7 +96,7 @@ impl App {
     /// the first starts to be dragged elsewhere.
     fn pane_ui(&mut self, ui: &mut Ui, ids: &[PaneId]) -> bool {
         let whole = ui.available_rect_before_wrap();
-        if whole.width() < LEAST || whole.height() < LEAST {
+        if whole.width() < LEAST || whole.height() < LEAST || self.preferences.panels_hidden {
             self.picture(ui, whole, ids);
             return false;
         }
@@ -260,13 +260,10 @@ impl App {
     fn foot(&self, ui: &mut Ui, id: PaneId) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let pane = self.engine.pane(id);
-            if let Some(ms) = pane.and_then(|p| p.ms()) {
+            if let Some(time) = pane.and_then(|p| p.time()) {
                 let each = if pane.is_some_and(|p| p.progress().is_some()) { " a view" } else { "" };
-                let help = match self.engine.gpu().is_software() {
-                    true => "Time of the last frame in which only this pane was drawn, from its submission: a software adapter has no times of its own",
-                    false => "GPU time of the method's last frame",
-                };
-                ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small()).on_hover_text(help);
+                let (text, help) = time_text(time, each, self.engine.gpu().is_software());
+                ui.label(RichText::new(text).small()).on_hover_text(help);
             }
             if let Some(scale) = self.magnification(id, ui.ctx().pixels_per_point()) {
                 let help = "Pixels of the display for one of the picture; Z toggles between all of it and 100 %";
@@ -286,6 +283,10 @@ impl App {
                 let text = format!("drawn at 1/{divisor}{}", if follows { ", the whole follows" } else { "" });
                 let help = "The full picture takes longer than the interface can wait: it is drawn beside it once nothing moves";
                 ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color)).on_hover_text(help);
+            }
+            if method.is_some_and(|method| method.as_built) {
+                let help = "Drawn with the shaders that the program was built with, on a device of its own once nothing moves; other panes with those that were read since";
+                ui.label(RichText::new("shaders as built").small().strong()).on_hover_text(help);
             }
             if self.engine.is_behind(id) {
                 ui.label(RichText::new("updates slower").small().color(ui.visuals().warn_fg_color))
@@ -328,8 +329,25 @@ impl App {
         entry(ui, "Copy image", Action::CopyImage(id));
         ui.separator();
         entry(ui, "Duplicate", Action::Duplicate(id));
+        entry(ui, "Compare with the shaders as built", Action::CompareBuilds(id));
         entry(ui, "Use as pane B", Action::ChooseB(id));
         entry(ui, "Default parameters", Action::ResetParams(id));
+    }
+}
+
+/// What a foot says of a time, and what that is.
+fn time_text(time: FrameTime, each: &str, is_software: bool) -> (String, String) {
+    let FrameTime { ms, warm_frames } = time;
+    let of = match is_software {
+        true => "from the submission of frames in which only this pane was drawn: a software adapter has no times of its own; Time passes has those of each pass",
+        false => "GPU time of the method",
+    };
+    match warm_frames {
+        0 => (
+            format!("{} ms{each}, cold", significant(ms)),
+            format!("Time of the first frame, which also builds pipelines, {of}. Later frames replace it."),
+        ),
+        n => (format!("{} ms{each}", significant(ms)), format!("Median of the last {n} frames after the first, {of}.")),
     }
 }
 

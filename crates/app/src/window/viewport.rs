@@ -170,6 +170,7 @@ impl App {
         }
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         request.explain = self.inspector.is_open();
+        request.story = self.inspector.story_of();
         request.development.coc_scale_px = self.choose_coc_scale();
         self.viewport.watch_motion(now_s, &request);
         request.is_moving = self.viewport.is_moving;

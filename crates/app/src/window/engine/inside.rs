@@ -1,7 +1,7 @@
 //! Values of the textures inside methods, where someone points.
 
 use super::pane::Pane;
-use super::reading::{Reading, read_texel};
+use super::reading::{Reading, Spot, read_texels};
 use super::renderer::Engine;
 use crate::window::model::{PaneId, Show};
 use defocus::gpu::Texture;
@@ -41,6 +41,6 @@ impl Engine {
         }
         let size = texture.level_size(level);
         let texel = pane.place_of(name, texture).texel(size, pane.exposed_size(), at)?;
-        read_texel(&self.gpu, texture, (level, layer), texel)
+        read_texels(&self.gpu, &[Spot { texture, level, layer, texel }])?.pop()?
     }
 }

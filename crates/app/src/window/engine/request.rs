@@ -77,6 +77,8 @@ pub struct Request {
     pub reference: Option<PaneId>,
     /// Whether methods are to tell what they did at each pixel.
     pub explain: bool,
+    /// The pane whose method is to keep every texture that it makes.
+    pub story: Option<PaneId>,
     /// The one that is brought up to date first, where not all can be at once.
     pub first: PaneId,
     /// Whether the person is at mouse or keys: a reference waits where a step of it takes
@@ -114,6 +116,7 @@ impl Request {
             visible: document.visible(),
             reference,
             explain: false,
+            story: None,
             first,
             held: false,
             is_moving: false,

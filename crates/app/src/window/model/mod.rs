@@ -3,6 +3,7 @@
 
 mod document;
 mod focus;
+mod lessons;
 mod limits;
 mod method;
 pub(super) mod numbers;
@@ -19,6 +20,7 @@ mod units;
 
 pub use document::{Arrangement, Document, MAX_PANES, Zoom};
 pub use focus::{FocusMode, FocusSettings};
+pub use lessons::{LESSONS, Lesson, Optics};
 pub use limits::{aperture_limit, astigmatism_limit};
 pub use method::{MethodChoice, REFERENCE_SAMPLES};
 pub use pane::{DEFAULT_OPACITY, PaneState};

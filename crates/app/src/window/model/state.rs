@@ -242,6 +242,7 @@ pub fn left_out(document: &Document) -> Vec<&'static str> {
         (document.stereo.is_some() && document.camera.is_some() && compares(document, &methods), "the right eye"),
         (document.panes.iter().any(|p| p.show != Show::Picture), "overlays and differences"),
         (document.channel != Default::default(), "the choice of a channel"),
+        (document.panes.iter().any(|p| p.method.as_built), "which build of the shaders"),
         (methods.len() < shown, "further panes of one method"),
         (references > 1 && document.panes.len() > 1, "further references"),
         (references > 0 && document.camera.is_none() && methods.len() < document.panes.len(), "the reference"),
