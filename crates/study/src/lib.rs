@@ -6,6 +6,7 @@ pub mod bench;
 pub mod builtin;
 pub mod cache;
 pub mod compare;
+pub mod curves;
 pub mod devices;
 pub mod gauntlet;
 pub mod inside;
@@ -21,6 +22,7 @@ pub mod results;
 pub mod source;
 pub mod steps;
 pub mod stress;
+pub mod table;
 pub mod timing;
 
 pub use compare::{CompareRequest, Comparison, MethodResult};

@@ -1,6 +1,7 @@
 //! Everything that can be done by a name: menus, keys and the command palette share it.
 
 use super::App;
+use super::dialogs::Numbers;
 use super::classroom::{UI_SCALES, scale_name};
 use super::model::LESSONS;
 use super::model::FocusMode;
@@ -90,6 +91,12 @@ pub enum Action {
     SetTheme(Theme),
     /// Read shaders again whenever one is saved.
     WatchShaders,
+    /// Ask what goes into figures for a paper.
+    FiguresForPaper,
+    /// Ask for a file for numbers.
+    SaveNumbers(Numbers),
+    /// Show or hide the batch.
+    Batch,
     /// A pane beside another that is drawn with the shaders as the program was built.
     CompareBuilds(PaneId),
     /// The picture alone with a strip of aperture and focus, or everything.
@@ -146,6 +153,11 @@ impl App {
             command("Save picture as PNG…", ctrl(Key::E), Action::SavePicture(a, PictureKind::Png)),
             command("Save picture as EXR…", ctrl_shift(Key::E), Action::SavePicture(a, PictureKind::Exr)),
             command("Save comparison as HTML…", ctrl(Key::R), Action::SaveReport),
+            command("Figures for a paper…", None, Action::FiguresForPaper),
+            command("Save figures as CSV…", None, Action::SaveNumbers(Numbers::FiguresCsv)),
+            command("Save figures as JSON…", None, Action::SaveNumbers(Numbers::FiguresJson)),
+            command("Save CoC against depth as CSV…", None, Action::SaveNumbers(Numbers::Coc)),
+            command("Batch: a table of states to run", None, Action::Batch),
             command("Copy image", ctrl(Key::C), Action::CopyImage(a)),
             command("Copy as command", ctrl_shift(Key::K), Action::CopyCommand),
             command("Undo", ctrl(Key::Z), Action::Undo),
@@ -247,6 +259,9 @@ impl App {
             Action::SaveState => self.dialogs.save_state(ctx, &self.document),
             Action::SavePicture(id, kind) => self.dialogs.save_picture(ctx, &self.document, id, kind),
             Action::SaveReport => self.dialogs.save_report(ctx, &self.document),
+            Action::FiguresForPaper => self.ask_for_paper(),
+            Action::SaveNumbers(numbers) => self.dialogs.save_numbers(ctx, &self.document, numbers),
+            Action::Batch => self.toggle_batch(),
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
                 ctx.copy_text(state::command_text(&self.document, self.eye_size_px()));
@@ -416,7 +431,7 @@ impl App {
 
     /// Escape ends what is on top: a message, what is being opened, full screen, a lesson.
     fn escape(&mut self, ctx: &Context) {
-        let is_asked = self.dialogs.is_open() || self.palette.is_open() || self.help;
+        let is_asked = self.is_asking() || self.help;
         let is_busy = self.loader.loading().is_some() || self.messages.has_any();
         self.messages.dismiss();
         self.give_up_loading();
@@ -431,11 +446,15 @@ impl App {
         }
     }
 
+    /// Whether something is being asked in a window of its own.
+    fn is_asking(&self) -> bool {
+        self.dialogs.is_open() || self.palette.is_open() || self.paper.is_open()
+    }
+
     /// Tab goes from field to field where one has the focus; where none has, it hides or shows
     /// the panels.
     fn panels_key(&mut self, ctx: &Context, keys: &KeyboardShortcut, action: Action) {
-        let is_asked = self.dialogs.is_open() || self.palette.is_open();
-        let is_free = ctx.memory(|memory| memory.focused().is_none()) && !is_asked;
+        let is_free = ctx.memory(|memory| memory.focused().is_none()) && !self.is_asking();
         if is_free && ctx.input_mut(|i| i.consume_shortcut(keys)) {
             // The interface has seen the key before and would give the focus to its first field.
             ctx.memory_mut(|memory| memory.move_focus(FocusDirection::None));

@@ -1,6 +1,7 @@
 //! The bar above the panes and the line below them.
 
 use super::actions::Action;
+use super::dialogs::Numbers;
 use super::classroom::{UI_SCALES, scale_name};
 use super::model::LESSONS;
 use super::model::Arrangement;
@@ -88,6 +89,13 @@ impl App {
         self.entry(ui, "Save picture as PNG…", Action::SavePicture(a, PictureKind::Png));
         self.entry(ui, "Save picture as EXR…", Action::SavePicture(a, PictureKind::Exr));
         self.entry(ui, "Save comparison as HTML…", Action::SaveReport);
+        self.entry(ui, "Figures for a paper…", Action::FiguresForPaper);
+        ui.menu_button("Save numbers", |ui| {
+            self.entry(ui, "Figures as CSV…", Action::SaveNumbers(Numbers::FiguresCsv));
+            self.entry(ui, "Figures as JSON with the state…", Action::SaveNumbers(Numbers::FiguresJson));
+            self.entry(ui, "CoC against depth as CSV…", Action::SaveNumbers(Numbers::Coc));
+        });
+        self.entry(ui, "Batch…", Action::Batch);
         ui.separator();
         self.entry(ui, "Copy image", Action::CopyImage(a));
         self.entry(ui, "Copy as command", Action::CopyCommand);

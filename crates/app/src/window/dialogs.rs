@@ -15,6 +15,30 @@ use std::path::{Path, PathBuf};
 /// Images that bring no depth of their own.
 const WITHOUT_DEPTH: [&str; 9] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm"];
 
+/// Numbers that can be saved for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbers {
+    /// Figures of all panes, a line each.
+    FiguresCsv,
+    /// The same with the whole state.
+    FiguresJson,
+    /// The curve of CoC against depth.
+    Coc,
+    /// What a batch has measured.
+    Batch,
+}
+
+impl Numbers {
+    fn about(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Self::FiguresCsv => ("Save all figures as CSV", "figures", "csv"),
+            Self::FiguresJson => ("Save all figures as JSON, with the state", "figures", "json"),
+            Self::Coc => ("Save CoC against depth as CSV", "coc", "csv"),
+            Self::Batch => ("Save the batch as CSV", "batch", "csv"),
+        }
+    }
+}
+
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Purpose {
@@ -28,6 +52,8 @@ pub enum Purpose {
     Report,
     /// To be the lens's aperture.
     Aperture,
+    /// For numbers.
+    Numbers(Numbers),
 }
 
 impl Purpose {
@@ -38,6 +64,7 @@ impl Purpose {
             Self::Picture(..) => "Save the picture",
             Self::Report => "Save the comparison as one HTML file",
             Self::Aperture => "An image whose brightness is the aperture's",
+            Self::Numbers(numbers) => numbers.about().0,
         }
     }
 
@@ -51,6 +78,8 @@ impl Purpose {
             Self::Picture(_, PictureKind::Exr) => &["exr"],
             Self::Report => &["html"],
             Self::Aperture => &["png", "jpg", "jpeg", "hdr"],
+            Self::Numbers(Numbers::FiguresJson) => &["json"],
+            Self::Numbers(_) => &["csv"],
         }
     }
 
@@ -100,6 +129,11 @@ impl Dialogs {
         Self { asking: None, folder }
     }
 
+    /// The folder in which files are saved at first.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
     /// Whether a file is being asked for.
     pub fn is_open(&self) -> bool {
         self.asking.is_some()
@@ -112,19 +146,25 @@ impl Dialogs {
 
     /// Asks where to keep the state.
     pub fn save_state(&mut self, ctx: &Context, document: &Document) {
-        self.ask(ctx, Purpose::State, format!("{}.{}", stem(document), state::EXTENSION));
+        self.ask(ctx, Purpose::State, format!("{}.{}", document.name(), state::EXTENSION));
     }
 
     /// Asks where to save a pane's picture.
     pub fn save_picture(&mut self, ctx: &Context, document: &Document, id: PaneId, kind: PictureKind) {
         let method = document.pane(id).map_or("picture", |p| p.method.id.as_str());
-        let name = format!("{}-{method}.{}", stem(document), kind.extension());
+        let name = format!("{}-{method}.{}", document.name(), kind.extension());
         self.ask(ctx, Purpose::Picture(id, kind), name);
     }
 
     /// Asks where to save the comparison.
     pub fn save_report(&mut self, ctx: &Context, document: &Document) {
-        self.ask(ctx, Purpose::Report, format!("{}.html", stem(document)));
+        self.ask(ctx, Purpose::Report, format!("{}.html", document.name()));
+    }
+
+    /// Asks where to save numbers.
+    pub fn save_numbers(&mut self, ctx: &Context, document: &Document, numbers: Numbers) {
+        let (_, what, extension) = numbers.about();
+        self.ask(ctx, Purpose::Numbers(numbers), format!("{}-{what}.{extension}", document.name()));
     }
 
     /// Asks for an image to be the aperture.
@@ -345,9 +385,4 @@ impl Asking {
         }
         self.browsing = None;
     }
-}
-
-fn stem(document: &Document) -> String {
-    let stem = Path::new(&document.scene).file_stem();
-    stem.map_or_else(|| "defocus".into(), |stem| stem.to_string_lossy().into_owned())
 }

@@ -40,6 +40,7 @@ impl App {
             Purpose::Picture(id, kind) => return self.save_picture(ctx, id, kind, file),
             Purpose::Aperture => return self.take_aperture(ctx, &file),
             Purpose::Report => return self.start_report(ctx, file),
+            Purpose::Numbers(numbers) => self.save_numbers(numbers, &file),
         };
         match done {
             Ok(()) => {

@@ -25,8 +25,10 @@
 
 mod actions;
 mod bars;
+mod batch;
 mod browsing;
 mod classroom;
+mod compared;
 mod controls;
 mod details;
 mod dialogs;
@@ -41,9 +43,11 @@ mod loading;
 mod messages;
 mod model;
 mod navigation;
+mod numbers;
 mod paint;
 mod palette;
 mod panes;
+mod paper;
 mod report;
 mod saving;
 mod screenshot;
@@ -55,14 +59,14 @@ mod viewport_state;
 mod watch;
 
 pub use actions::{Action, Command};
-pub use dialogs::{Answer, Purpose};
+pub use dialogs::{Answer, Numbers, Purpose};
 pub use engine::{
     DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Measured, Pairing, Pane, Quantiles,
     Reading, Request, Tempo, Verdict, Wake,
 };
 pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use model::{
-    Arrangement, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings, Inside,
+    Arrangement, BatchRow, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings, Inside,
     MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind, PictureSize, Preferences,
     REFERENCE_SAMPLES, Show, Theme, Zoom,
 };
@@ -149,6 +153,8 @@ pub struct App {
     applied_theme: Theme,
     help: bool,
     lessons: classroom::Lessons,
+    paper: paper::PaperForm,
+    batch: batch::Batch,
     started: bool,
 }
 
@@ -277,6 +283,8 @@ impl App {
             applied_theme: Theme::System,
             help: false,
             lessons: Default::default(),
+            paper: Default::default(),
+            batch: Default::default(),
             started: false,
         }
     }
@@ -368,6 +376,8 @@ impl App {
         self.show_feet(ui);
         self.show_help(&ctx);
         self.show_palette(&ctx);
+        self.show_paper_form(&ctx);
+        self.show_batch(&ctx);
         if let Some(answer) = self.dialogs.show(&ctx) {
             self.answer(&ctx, answer);
         }

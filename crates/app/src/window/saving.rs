@@ -1,7 +1,8 @@
 //! Keeping pictures and comparisons: written beside the interface, which goes on.
 
 use super::model::{PaneId, PictureKind};
-use super::report::{self, AwaitedTruth, ReportOrder};
+use super::compared::{AwaitedTruth, Order};
+use super::report;
 use super::tasks::Task;
 use super::{App, Engine, Identity};
 use defocus::gpu::download_rgba8;
@@ -104,8 +105,17 @@ impl App {
         if self.tasks.iter().any(|task| task.name() == name) {
             return self.messages.error(ctx, "this comparison is being made already: wait for it or cancel it");
         }
-        let Some(source) = self.engine.source().cloned() else { return };
-        let order = ReportOrder {
+        let Some(order) = self.order() else { return };
+        self.tasks.push(Task::start(name, ctx, move |progress| {
+            let saved = format!("Saved {}", file.display());
+            report::write(&order, &file, progress).map(|()| saved)
+        }));
+    }
+
+    /// What a comparison of all panes is to be made from; none before there is a source.
+    pub(super) fn order(&mut self) -> Option<Order> {
+        let source = self.engine.source().cloned()?;
+        Some(Order {
             source: source.source().clone(),
             options: source.options(),
             adapter: self.engine.gpu().adapter().name.clone(),
@@ -114,12 +124,7 @@ impl App {
             size: self.eye_size_px(),
             truth: self.await_truth(),
             activity: self.engine.activity(),
-            file,
-        };
-        self.tasks.push(Task::start(name, ctx, move |progress| {
-            let saved = format!("Saved {}", order.file.display());
-            report::write(order, progress).map(|()| saved)
-        }));
+        })
     }
 
     /// The window's own reference for a report, which is not drawn a second time; none where

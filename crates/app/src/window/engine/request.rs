@@ -22,6 +22,11 @@ pub struct Exposure {
 }
 
 impl Exposure {
+    /// What `document` asks for in a picture of `size` px through `lens`.
+    pub fn of(document: &Document, size: UVec2, lens: Lens) -> Self {
+        Self { camera: document.camera, size: size.max(UVec2::ONE), overscan_px: document.overscan_px, lens }
+    }
+
     /// The same `divisor` times smaller: lengths in pixels shrink with the picture, so that
     /// the blur covers the same part of it.
     pub(super) fn coarser(&self, divisor: u32) -> Self {
@@ -99,12 +104,7 @@ impl Request {
             reference = Some(PaneId::HIDDEN);
         }
         Self {
-            exposure: Exposure {
-                camera: document.camera,
-                size: size.max(UVec2::ONE),
-                overscan_px: document.overscan_px,
-                lens: document.lens.clone(),
-            },
+            exposure: Exposure::of(document, size, document.lens.clone()),
             development: Development {
                 display: document.display,
                 viewing: document.viewing(),

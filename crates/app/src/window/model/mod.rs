@@ -1,6 +1,7 @@
 //! What the window shows and what belongs to the person at it: plain data that is saved,
 //! restored and undone. Imports nothing of the engine or the interface.
 
+mod batch;
 mod document;
 mod focus;
 mod lessons;
@@ -10,6 +11,7 @@ pub(super) mod numbers;
 mod pane;
 mod pane_id;
 mod pane_tree;
+mod paper;
 mod picture_kind;
 mod preferences;
 mod show;
@@ -18,6 +20,7 @@ pub(super) mod state;
 mod tiles;
 mod units;
 
+pub use batch::{BatchRow, MOST_BATCH_ROWS};
 pub use document::{Arrangement, Document, MAX_PANES, Zoom};
 pub use focus::{FocusMode, FocusSettings};
 pub use lessons::{LESSONS, Lesson, Optics};
@@ -26,6 +29,7 @@ pub use method::{MethodChoice, REFERENCE_SAMPLES};
 pub use pane::{DEFAULT_OPACITY, PaneState};
 pub use pane_id::PaneId;
 pub use pane_tree::PaneTree;
+pub use paper::PaperChoice;
 pub use picture_kind::PictureKind;
 pub use preferences::{Navigation, Preferences, Theme};
 pub use show::{Channel, Difference, DifferenceKind, Inside, Show};

@@ -84,6 +84,16 @@ pub fn read(file: &Path) -> Result<Document, StateError> {
     Ok(saved.document.repaired())
 }
 
+/// A state as text, which [`read`] reads from a file.
+///
+/// # Errors
+///
+/// None in practice: a document is plain data.
+pub fn text(document: &Document) -> Result<String, ron::Error> {
+    let saved = Saved { defocus_state: FORMAT, document: document.clone() };
+    ron::ser::to_string_pretty(&saved, Default::default())
+}
+
 /// Keeps a state.
 ///
 /// # Errors
@@ -91,8 +101,7 @@ pub fn read(file: &Path) -> Result<Document, StateError> {
 /// The file, the cause and the remedy.
 pub fn write(file: &Path, document: &Document) -> Result<(), StateError> {
     let failed = |cause: String| StateError::Unwritable { file: file.into(), cause };
-    let saved = Saved { defocus_state: FORMAT, document: document.clone() };
-    let text = ron::ser::to_string_pretty(&saved, Default::default()).map_err(|e| failed(e.to_string()))?;
+    let text = text(document).map_err(|e| failed(e.to_string()))?;
     write_atomically(file, |out| writeln!(out, "{text}")).map_err(|e| failed(e.to_string()))
 }
 
