@@ -369,7 +369,7 @@ fn the_inspector_tells_everything_about_a_pixel() {
         inspector_panel(ui, Some(&inspection), &lens, &display, Some(&histogram), Some(&DEPTHS_M));
     });
     assert!(coc < 0.0);
-    for text in ["31, 0", "60 cm", "1.94 0 0.25", "255 0 137"] {
+    for text in ["31, 0", "0.6 m", "1.94 0 0.25", "255 0 137"] {
         assert!(window.query_by_label_contains(text).is_some(), "{text} is not shown");
     }
     for name in ["Neighbourhood", "Luminance histogram", "CoC histogram"] {

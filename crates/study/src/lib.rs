@@ -19,6 +19,7 @@ pub mod reference;
 pub mod render;
 pub mod report;
 pub mod results;
+pub mod scale;
 pub mod source;
 pub mod steps;
 pub mod stress;

@@ -4,6 +4,7 @@ use super::App;
 use super::dialogs::Numbers;
 use super::classroom::{UI_SCALES, scale_name};
 use super::model::LESSONS;
+use super::ui::panels::preset_label;
 use super::model::FocusMode;
 use super::model::PictureKind;
 use super::model::PictureSize;
@@ -97,6 +98,8 @@ pub enum Action {
     SaveNumbers(Numbers),
     /// Show or hide the batch.
     Batch,
+    /// Read the scene's file with so many metres a unit of length.
+    ScaleScene(f64),
     /// A pane beside another that is drawn with the shaders as the program was built.
     CompareBuilds(PaneId),
     /// The picture alone with a strip of aperture and focus, or everything.
@@ -209,6 +212,8 @@ impl App {
             command("Compare pane A with its shaders as built".into(), Action::CompareBuilds(a)),
             command("Time the passes of pane A".into(), Action::TimePasses),
         ];
+        let units = [("metres", 1.0), ("centimetres", 0.01), ("millimetres", 0.001), ("inches", 0.0254)];
+        commands.extend(units.map(|(name, m)| command(format!("Scene's file in {name}"), Action::ScaleScene(m))));
         let lessons = LESSONS.iter().enumerate();
         let lessons = lessons.map(|(i, lesson)| (format!("Lesson {}: {}", i + 1, lesson.title), Action::Lesson(i)));
         commands.extend(lessons.map(|(name, action)| command(name, action)));
@@ -220,7 +225,8 @@ impl App {
         commands.extend(zooms.map(|zoom| command(format!("Zoom {}00 %", zoom as u32), Action::ZoomTo(zoom))));
         let sizes = PictureSize::offered().into_iter();
         commands.extend(sizes.map(|(name, size)| command(format!("Picture size: {name}"), Action::SetSize(size))));
-        let shows = Show::NAMES.iter().enumerate();
+        // The circle of confusion has an entry of its own, with a key.
+        let shows = Show::NAMES.iter().enumerate().filter(|(i, _)| *i != 1);
         commands.extend(shows.map(|(i, name)| command(format!("Show: {name}"), Action::SetShow(a, i))));
         let overlays = self.document.pane(a).map_or_else(Vec::new, |pane| Inside::overlays(&pane.method));
         let overlay = |(name, inside)| command(format!("Overlay: {name}"), Action::LookInside(a, inside));
@@ -230,7 +236,7 @@ impl App {
         let scenes = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
         commands.extend(scenes.map(|name| command(format!("Scene: {name}"), Action::OpenNamed(name.into()))));
         let lenses = presets().into_iter().chain(self.preferences.own_lenses.iter().cloned());
-        commands.extend(lenses.map(|p| command(format!("Lens: {}, {}", p.name, p.title), Action::SetLens(p.name))));
+        commands.extend(lenses.map(|p| command(format!("Lens: {}, {}", preset_label(&p), p.title), Action::SetLens(p.name))));
         let modes = FocusMode::ALL.iter();
         commands.extend(modes.map(|(mode, name, _)| command(format!("Focus: {name}"), Action::SetFocusMode(*mode))));
         let layouts = Layout::ALL.iter().map(|(layout, name)| (format!("Stereo: {name}"), Some(*layout)));
@@ -257,7 +263,11 @@ impl App {
             Action::Open => self.dialogs.open(ctx),
             Action::OpenNamed(name) => self.open_anything(ctx, &name),
             Action::SaveState => self.dialogs.save_state(ctx, &self.document),
-            Action::SavePicture(id, kind) => self.dialogs.save_picture(ctx, &self.document, id, kind),
+            Action::SavePicture(id, kind) => {
+                let size = self.size_to_enlarge(id);
+                self.dialogs.save_picture(ctx, &self.document, (id, kind), size);
+            }
+            Action::ScaleScene(metres) => self.scale_scene(ctx, metres),
             Action::SaveReport => self.dialogs.save_report(ctx, &self.document),
             Action::FiguresForPaper => self.ask_for_paper(),
             Action::SaveNumbers(numbers) => self.dialogs.save_numbers(ctx, &self.document, numbers),

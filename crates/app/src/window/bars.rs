@@ -8,7 +8,7 @@ use super::model::Arrangement;
 use super::model::PictureKind;
 use super::model::Theme;
 use super::model::numbers::significant;
-use super::ui::panels::refresh_text;
+use super::ui::panels::{distance_text, refresh_text};
 use super::ui::widgets::combo;
 use super::{App, MAX_PANES};
 use defocus_study::builtin;
@@ -105,11 +105,26 @@ impl App {
         self.entry(ui, "Full screen", Action::ToggleFullScreen);
         self.entry(ui, "Hide the panels", Action::TogglePanels);
         ui.separator();
+        ui.add_enabled_ui(self.messages.told().next().is_some(), |ui| {
+            ui.menu_button("Messages", |ui| self.messages_menu(ui));
+        });
+        ui.separator();
         let now = ui.ctx().zoom_factor();
         for scale in UI_SCALES {
             let name = scale_name(scale);
             if ui.selectable_label((now - scale).abs() < 0.01, name).clicked() {
                 self.perform(ui.ctx(), Action::ScaleInterface(scale));
+                ui.close();
+            }
+        }
+    }
+
+    /// What was told before: a message that has gone can be read again, and copied.
+    fn messages_menu(&mut self, ui: &mut Ui) {
+        ui.set_max_width(420.0);
+        for text in self.messages.told() {
+            if ui.add(Button::new(text).wrap()).on_hover_text("Copies it").clicked() {
+                ui.ctx().copy_text(text.to_owned());
                 ui.close();
             }
         }
@@ -251,14 +266,15 @@ impl App {
                 }
                 if lens.check().is_ok() {
                     let (near, far) = lens.depth_of_field_m(f64::from(self.document.acceptable_coc_px));
-                    let range = format!("{} – {} m", significant(near), significant(far));
+                    let range = format!("{} – {}", distance_text(near), distance_text(far));
                     let help =
                         format!("Depths with a circle of confusion up to {} px", self.document.acceptable_coc_px);
                     item(ui, "sharp", &range, &help);
                 }
                 if let Some(ms) = self.both_eyes_ms() {
                     let each = significant(ms);
-                    let help = format!("Pane A's method takes {each} ms for the two eyes of a headset");
+                    let (w, h) = (size.x, size.y);
+                    let help = format!("Pane A's method takes {each} ms for the two eyes of a headset at {w} x {h} px each; Stereo and headsets gives the picture a headset's size");
                     item(ui, "two eyes", &refresh_text(ms), &help);
                 } else if self.engine.gpu().is_software() {
                     let help =

@@ -33,6 +33,7 @@ mod controls;
 mod details;
 mod dialogs;
 mod engine;
+mod enlarged;
 mod eyes;
 mod files;
 mod focusing;
@@ -50,6 +51,7 @@ mod panes;
 mod paper;
 mod report;
 mod saving;
+mod scene_scale;
 mod screenshot;
 mod shaders;
 mod tasks;
@@ -155,6 +157,7 @@ pub struct App {
     lessons: classroom::Lessons,
     paper: paper::PaperForm,
     batch: batch::Batch,
+    scale_offer: scene_scale::ScaleOffer,
     started: bool,
 }
 
@@ -285,6 +288,7 @@ impl App {
             lessons: Default::default(),
             paper: Default::default(),
             batch: Default::default(),
+            scale_offer: Default::default(),
             started: false,
         }
     }
@@ -366,6 +370,7 @@ impl App {
             self.top_bar(ui);
             self.status_bar(ui);
         }
+        self.show_scale_offer(ui);
         self.class_bars(ui);
         if !self.preferences.panels_hidden {
             self.controls(ui);

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::legend::{self, Legend};
-use super::model::PaneId;
+use super::model::{PaneId, Show};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
@@ -22,6 +22,9 @@ const LEGEND: egui::Vec2 = vec2(270.0, 62.0);
 
 /// Magnification from which on the pixel under the pointer is framed.
 const FRAMED_FROM: f32 = 6.0;
+
+/// Width of a pixel from which on its values stand in it, points: three lines of numbers.
+pub const VALUES_FROM: f32 = 46.0;
 
 /// What shows around a picture that does not fill its pane.
 pub fn background(ui: &Ui, area: Rect) {
@@ -73,7 +76,31 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     if let Some(legend) = legend::of(app, id) {
         paint_legend(&painter, part, &legend);
     }
+    pixel_values(app, &painter, part, picture, id);
     marks(app, &painter, part, picture, id);
+}
+
+/// The display values of every pixel in its place, where pixels are large enough to hold them.
+fn pixel_values(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
+    let is_picture = app.document.pane(id).is_some_and(|pane| pane.show == Show::Picture);
+    let Some(color) = app.engine.known_color(id).filter(|_| is_picture && app.stereo().is_none()) else { return };
+    let side = picture.width() / color.size.x.max(1) as f32;
+    if side < VALUES_FROM {
+        return;
+    }
+    let seen = picture.intersect(part);
+    let [first, last] = [seen.min, seen.max].map(|at| (at - picture.min) / side);
+    let range = |from: f32, to: f32, end: u32| (from.floor().max(0.0) as u32)..(to.ceil().max(0.0) as u32).min(end);
+    for y in range(first.y, last.y, color.size.y) {
+        for x in range(first.x, last.x, color.size.x) {
+            let shown = app.document.display.encoded(color.at(x, y));
+            let [r, g, b] = shown.to_array().map(|v| (v * 255.0).round() as u8);
+            let text_color = if shown.dot(defocus::display::LUMINANCE) > 0.4 { Color32::BLACK } else { Color32::WHITE };
+            let middle = picture.min + (vec2(x as f32, y as f32) + vec2(0.5, 0.5)) * side;
+            let font = FontId::monospace(11.0);
+            painter.text(middle, Align2::CENTER_CENTER, format!("{r}\n{g}\n{b}"), font, text_color);
+        }
+    }
 }
 
 /// What a picture is, in its corners, where nothing else says so: the method where panes have

@@ -313,8 +313,8 @@ impl App {
             let help = "The reference: the mean of this many views over the lens.";
             return FootText::current(format!("reference{points}"), help);
         }
-        let goal = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
-        foot_text(&self.engine.verdict(id), goal.map(|(_, samples)| samples))
+        let truth = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
+        foot_text(&self.engine.verdict(id), truth)
     }
 
     fn pane_menu(&mut self, ui: &mut Ui, id: PaneId) {
@@ -367,14 +367,18 @@ impl FootText {
     }
 }
 
-/// A verdict in words. `goal`: lens points that the truth will have.
-fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
+/// A verdict in words. `truth`: lens points that the truth has and will have.
+fn foot_text(verdict: &Verdict<'_>, truth: Option<(u32, u32)>) -> FootText {
+    let goal = truth.map(|(_, goal)| goal);
+    // Where no pane shows it, this is where one sees how far it is.
+    let progress = truth.filter(|(count, goal)| count < goal);
+    let progress = progress.map_or_else(String::new, |(count, goal)| format!(" · reference at {count} of {goal} points"));
     let help = "PSNR of what the display shows, how visible the difference is on it (ColorVideoVDP), SSIM and FLIP, against the reference with so many lens points.";
     match verdict {
         Verdict::Unasked => {
             FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
         }
-        Verdict::Pending => FootText::current("measuring …", "As soon as the picture rests"),
+        Verdict::Pending => FootText::current(format!("measuring …{progress}"), "As soon as the picture rests"),
         Verdict::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
         Verdict::Current(Measured { result: Ok(figures), of }) => {
             let points = match (of.truth.samples, goal) {
@@ -387,7 +391,7 @@ fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
         }
         Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
         Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
-            text: format!("before ({}): {}", departures.join(", "), figures_in_words(figures)),
+            text: format!("before ({}): {}{progress}", departures.join(", "), figures_in_words(figures)),
             help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
                 .into(),
             is_current: false,

@@ -166,9 +166,8 @@ impl App {
             return;
         }
         let keys: Vec<Key> = rows.iter().map(|row| self.batch_key(row)).collect();
-        let Some(mut order) = self.order() else { return };
         // Each lens has a reference of its own.
-        order.truth = None;
+        let Some(order) = self.order_without_truth() else { return };
         let (tell, arriving) = channel();
         self.batch.arriving = Some((keys, arriving));
         let count = rows.len();

@@ -30,6 +30,9 @@ pub struct Preferences {
     pub reload_shaders: bool,
     /// Whether only the picture is shown, with a strip of aperture and focus.
     pub panels_hidden: bool,
+    /// Parts of the panel beside the picture that are unfolded at first, beside those that
+    /// always are.
+    pub open_groups: Vec<String>,
     /// Size of the interface, as a multiple of the normal one.
     pub ui_scale: f32,
 }
@@ -46,6 +49,7 @@ impl Default for Preferences {
             recent: Vec::new(),
             reload_shaders: false,
             panels_hidden: false,
+            open_groups: Vec::new(),
             ui_scale: 1.0,
         }
     }

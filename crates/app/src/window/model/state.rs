@@ -274,6 +274,7 @@ fn distinct(document: &Document) -> Vec<&PaneState> {
 fn depth_words(depth: &DepthArgs, words: &mut Vec<String>) {
     let named = [("--layer", &depth.layer), ("--depth-layer", &depth.depth_layer)];
     words.extend(named.into_iter().filter_map(|(option, name)| Some([option.into(), name.clone()?])).flatten());
+    words.extend(depth.scene_scale.map(|factor| ["--scene-scale".into(), factor.to_string()]).into_iter().flatten());
     let Some(file) = &depth.file else { return };
     words.extend(["--depth".into(), file.to_string_lossy().into_owned()]);
     let range = |kind: &str, near: f64, far: f64| {

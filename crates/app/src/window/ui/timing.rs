@@ -47,11 +47,16 @@ pub fn show(ui: &mut egui::Ui, history: &History, stats: &FrameStats) {
     for text in work(stats) {
         ui.label(egui::RichText::new(text).small().weak()).on_hover_text("What the last frame consisted of");
     }
-    for (what, times) in &stats.skipped {
-        let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
-        let text = egui::RichText::new(format!("skipped: {what}{times}")).small().weak();
-        ui.label(text).on_hover_text("Work that the last frame did not need");
-    }
+    let skipped = stats.skipped.iter().map(|(what, times)| format!("{what} ({times})"));
+    let skipped: Vec<String> = skipped.collect();
+    // One line whatever was skipped: what stands below does not move.
+    let text = match skipped.len() {
+        0 => "nothing was skipped".to_owned(),
+        1 => "one kind of work was skipped".to_owned(),
+        n => format!("{n} kinds of work were skipped"),
+    };
+    let help = format!("Work that the last frame did not need\n\n{}", skipped.join("\n"));
+    ui.label(egui::RichText::new(text).small().weak()).on_hover_text(help);
 }
 
 /// What a frame consisted of: the counts that `defocus profile` prints.

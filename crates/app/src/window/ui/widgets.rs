@@ -3,10 +3,21 @@
 use super::panels::Field;
 use super::style::NAME_WIDTH;
 use defocus::methods::{Param, Value};
-use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
+use eframe::egui::{Align, CollapsingHeader, ComboBox, Label, Layout, Response, RichText, Ui, vec2};
 
 /// Height of an open list, points: all methods are in sight.
 const LIST_HEIGHT: f32 = 460.0;
+
+/// A part of a panel that can be folded; `open`: whether it is unfolded at first. What stands
+/// after a colon in the title may change: it is the same part.
+pub fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) -> R) {
+    let id = title.split(':').next().unwrap_or(title).to_owned();
+    CollapsingHeader::new(RichText::new(title).strong()).id_salt(id).default_open(open).show_unindented(ui, |ui| {
+        ui.add_space(2.0);
+        add(ui);
+        ui.add_space(6.0);
+    });
+}
 
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {

@@ -162,11 +162,12 @@ pub fn fit_slider(ui: &mut Ui) {
     ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
-/// A distance in metres with its unit, in centimetres where that reads better.
+/// A distance in metres with its unit; in centimetres only what is nearer than a hand's breadth, so
+/// that the same distance reads the same everywhere.
 pub fn distance_text(distance_m: f64) -> String {
     match distance_m {
         d if d.is_infinite() => "∞".into(),
-        d if d.abs() < 0.995 => format!("{} cm", significant(d * 100.0)),
+        d if d.abs() < 0.0995 => format!("{} cm", significant(d * 100.0)),
         d => format!("{} m", significant(d)),
     }
 }
