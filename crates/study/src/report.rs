@@ -2,8 +2,8 @@
 
 use super::compare::GoodEnough;
 use super::results::{CompareJson, ResultJson};
-use super::{curves, table};
 use super::{Comparison, MethodResult, StudyError, Truth};
+use super::{curves, table};
 use crate::metrics::{self, Visibility};
 use askama::Template;
 use base64::Engine;

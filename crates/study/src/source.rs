@@ -59,7 +59,14 @@ pub struct DepthArgs {
 
 impl Default for DepthArgs {
     fn default() -> Self {
-        Self { file: None, encoding: DepthEncoding::METRES, layer: None, depth_layer: None, fov_y: None, scene_scale: None }
+        Self {
+            file: None,
+            encoding: DepthEncoding::METRES,
+            layer: None,
+            depth_layer: None,
+            fov_y: None,
+            scene_scale: None,
+        }
     }
 }
 

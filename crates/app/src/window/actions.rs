@@ -1,16 +1,16 @@
 //! Everything that can be done by a name: menus, keys and the command palette share it.
 
 use super::App;
-use super::dialogs::Numbers;
 use super::classroom::{UI_SCALES, scale_name};
-use super::model::LESSONS;
-use super::ui::panels::preset_label;
+use super::dialogs::Numbers;
 use super::model::FocusMode;
+use super::model::LESSONS;
 use super::model::PictureKind;
 use super::model::PictureSize;
 use super::model::Theme;
 use super::model::state;
 use super::model::{Arrangement, Inside, MethodChoice, PaneId, Show};
+use super::ui::panels::preset_label;
 use defocus::presets::presets;
 use defocus::stereo::{Layout, Stereo};
 use defocus::{lens::Lens, methods};
@@ -236,7 +236,9 @@ impl App {
         let scenes = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
         commands.extend(scenes.map(|name| command(format!("Scene: {name}"), Action::OpenNamed(name.into()))));
         let lenses = presets().into_iter().chain(self.preferences.own_lenses.iter().cloned());
-        commands.extend(lenses.map(|p| command(format!("Lens: {}, {}", preset_label(&p), p.title), Action::SetLens(p.name))));
+        commands.extend(
+            lenses.map(|p| command(format!("Lens: {}, {}", preset_label(&p), p.title), Action::SetLens(p.name))),
+        );
         let modes = FocusMode::ALL.iter();
         commands.extend(modes.map(|(mode, name, _)| command(format!("Focus: {name}"), Action::SetFocusMode(*mode))));
         let layouts = Layout::ALL.iter().map(|(layout, name)| (format!("Stereo: {name}"), Some(*layout)));

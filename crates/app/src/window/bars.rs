@@ -1,10 +1,10 @@
 //! The bar above the panes and the line below them.
 
 use super::actions::Action;
-use super::dialogs::Numbers;
 use super::classroom::{UI_SCALES, scale_name};
-use super::model::LESSONS;
+use super::dialogs::Numbers;
 use super::model::Arrangement;
+use super::model::LESSONS;
 use super::model::PictureKind;
 use super::model::Theme;
 use super::model::numbers::significant;
@@ -105,7 +105,8 @@ impl App {
         self.entry(ui, "Full screen", Action::ToggleFullScreen);
         self.entry(ui, "Hide the panels", Action::TogglePanels);
         ui.separator();
-        ui.add_enabled_ui(self.messages.told().next().is_some(), |ui| {
+        let has_messages = self.messages.told().next().is_some();
+        ui.add_enabled_ui(has_messages, |ui| {
             ui.menu_button("Messages", |ui| self.messages_menu(ui));
         });
         ui.separator();
@@ -123,7 +124,8 @@ impl App {
     fn messages_menu(&mut self, ui: &mut Ui) {
         ui.set_max_width(420.0);
         for text in self.messages.told() {
-            if ui.add(Button::new(text).wrap()).on_hover_text("Copies it").clicked() {
+            let button = ui.add(Button::new(text).wrap());
+            if button.on_hover_text("Copies it").clicked() {
                 ui.ctx().copy_text(text.to_owned());
                 ui.close();
             }

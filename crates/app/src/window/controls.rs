@@ -9,8 +9,8 @@ use super::model::{DEFAULT_OPACITY, Document, MethodChoice, Show};
 use super::model::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
 use super::ui::panels::fit_slider;
 use super::ui::panels::{
-    ApertureChange, EyeSettings, Field, LensChanges, LensReadings, OPTICS, VrAction, VrReadings, aperture_panel, eye_panel, focus_panel,
-    same_but_focus, vr_panel,
+    ApertureChange, EyeSettings, Field, LensChanges, LensReadings, OPTICS, VrAction, VrReadings, aperture_panel,
+    eye_panel, focus_panel, same_but_focus, vr_panel,
 };
 use super::ui::style::NAME_WIDTH;
 use super::ui::widgets::{self, choice, group, number_of};

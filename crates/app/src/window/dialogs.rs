@@ -1,8 +1,8 @@
 //! Asking for a file: a field for its name, which works on every machine, with the
 //! system's own dialog behind a button.
 
-use super::enlarged::{ENLARGEMENTS, PRINT_PX_PER_CM};
 use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
+use super::enlarged::{ENLARGEMENTS, PRINT_PX_PER_CM};
 use super::model::PictureKind;
 use super::model::state;
 use super::model::{Document, PaneId};
@@ -441,6 +441,7 @@ fn enlargement_row(ui: &mut Ui, size: UVec2, chosen: &mut usize) {
     };
     let names: Vec<String> = ENLARGEMENTS.iter().map(name).collect();
     let names: Vec<&str> = names.iter().map(String::as_str).collect();
-    let help = "Drawn anew with so many pixels, beside the interface; the blur grows with them. Print has 300 pixels an inch.";
+    let help =
+        "Drawn anew with so many pixels, beside the interface; the blur grows with them. Print has 300 pixels an inch.";
     choice(ui, "Pixels", help, chosen, &names);
 }

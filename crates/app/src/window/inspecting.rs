@@ -1,9 +1,9 @@
 //! What the inspector is told: values under the pointer, read back while it is open.
 
 use super::App;
+use super::engine::Story;
 use super::model::PaneId;
 use super::model::numbers::quantity_text;
-use super::engine::Story;
 use super::ui::panels::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood, story_panel};
 use defocus::display::Display;
 use defocus::focus::pixel;
@@ -55,7 +55,8 @@ impl App {
         ui.checkbox(&mut self.inspector.tells_story, "Story of the pixel").on_hover_text(help);
         if self.inspector.tells_story {
             let known = self.inspector.story.as_ref();
-            let title = known.and_then(|(id, _)| self.document.pane(*id)).map_or_else(String::new, |p| p.method.title());
+            let title =
+                known.and_then(|(id, _)| self.document.pane(*id)).map_or_else(String::new, |p| p.method.title());
             story_panel(ui, &title, known.map(|(_, story)| story));
         }
         let inspector = &self.inspector;

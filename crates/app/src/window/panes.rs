@@ -339,7 +339,9 @@ impl App {
 fn time_text(time: FrameTime, each: &str, is_software: bool) -> (String, String) {
     let FrameTime { ms, warm_frames } = time;
     let of = match is_software {
-        true => "from the submission of frames in which only this pane was drawn: a software adapter has no times of its own; Time passes has those of each pass",
+        true => {
+            "from the submission of frames in which only this pane was drawn: a software adapter has no times of its own; Time passes has those of each pass"
+        }
         false => "GPU time of the method",
     };
     match warm_frames {
@@ -372,7 +374,8 @@ fn foot_text(verdict: &Verdict<'_>, truth: Option<(u32, u32)>) -> FootText {
     let goal = truth.map(|(_, goal)| goal);
     // Where no pane shows it, this is where one sees how far it is.
     let progress = truth.filter(|(count, goal)| count < goal);
-    let progress = progress.map_or_else(String::new, |(count, goal)| format!(" · reference at {count} of {goal} points"));
+    let progress =
+        progress.map_or_else(String::new, |(count, goal)| format!(" · reference at {count} of {goal} points"));
     let help = "PSNR of what the display shows, how visible the difference is on it (ColorVideoVDP), SSIM and FLIP, against the reference with so many lens points.";
     match verdict {
         Verdict::Unasked => {

@@ -1,8 +1,8 @@
 //! Keeping pictures and comparisons: written beside the interface, which goes on.
 
-use super::model::{PaneId, PictureKind, Show};
 use super::compared::{AwaitedTruth, Order};
 use super::enlarged::{self, enlarged};
+use super::model::{PaneId, PictureKind, Show};
 use super::report;
 use super::tasks::Task;
 use super::{App, Engine, Identity};

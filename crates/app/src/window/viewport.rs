@@ -198,7 +198,11 @@ impl App {
     fn read_magnified(&mut self, ctx: &Context) {
         let width_px = self.whole_size_px().x.max(1) as f32;
         let is_large = |picture: &Rect| picture.width() / width_px >= paint::VALUES_FROM;
-        let large = self.viewport.pictures.iter().filter(|(id, picture)| is_large(picture) && self.viewport.areas.contains_key(id));
+        let large = self
+            .viewport
+            .pictures
+            .iter()
+            .filter(|(id, picture)| is_large(picture) && self.viewport.areas.contains_key(id));
         let large: Vec<PaneId> = large.map(|(id, _)| *id).collect();
         for id in large {
             if self.engine.known_color(id).is_none() && self.engine.color(id).is_some() {

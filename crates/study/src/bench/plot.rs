@@ -266,17 +266,12 @@ impl Series {
             true => self.marker(x, y),
             false => {
                 let (from, to) = (x - 7.0, x + 7.0);
-                format!(r#"<line stroke="{color}" stroke-width="2" x1="{from:.1}" x2="{to:.1}" y1="{y:.1}" y2="{y:.1}"/>"#)
+                format!(
+                    r#"<line stroke="{color}" stroke-width="2" x1="{from:.1}" x2="{to:.1}" y1="{y:.1}" y2="{y:.1}"/>"#
+                )
             }
         };
-        let _ = write!(
-            svg,
-            r#"{}<text x="{}" y="{:.1}">{}</text>"#,
-            mark,
-            x + 13.0,
-            y + 4.0,
-            escaped(&self.name)
-        );
+        let _ = write!(svg, r#"{}<text x="{}" y="{:.1}">{}</text>"#, mark, x + 13.0, y + 4.0, escaped(&self.name));
     }
 }
 

@@ -91,7 +91,8 @@ impl Lane {
             let _ = sender.send((ticket, what));
             wake.call();
         };
-        let worker = Worker { adapter, wanted: wanted.clone(), shaders: Vec::new(), bench: None, built: None, runs: Vec::new() };
+        let worker =
+            Worker { adapter, wanted: wanted.clone(), shaders: Vec::new(), bench: None, built: None, runs: Vec::new() };
         std::thread::spawn(move || worker.work(&received, &tell));
         Self { orders, told, wanted }
     }

@@ -64,18 +64,14 @@ impl Engine {
             }
         }
         let texels = read_texels(&self.gpu, &spots)?;
-        let told = lines.into_iter().zip(texels).filter_map(|(line, values)| Some(StoryLine { values: values?, ..line }));
+        let told =
+            lines.into_iter().zip(texels).filter_map(|(line, values)| Some(StoryLine { values: values?, ..line }));
         Some(Story { size, divisor: pane.divisor(), lines: told.collect() })
     }
 }
 
 /// The levels and layers of a texture at a point, still without their numbers.
-fn slices<'t>(
-    pane: &Pane,
-    name: &str,
-    texture: &'t Texture,
-    at: DVec2,
-) -> impl Iterator<Item = (StoryLine, Spot<'t>)> {
+fn slices<'t>(pane: &Pane, name: &str, texture: &'t Texture, at: DVec2) -> impl Iterator<Item = (StoryLine, Spot<'t>)> {
     let (levels, layers) = (texture.levels(), texture.layers());
     let place = pane.place_of(name, texture);
     let (inner, meaning) = (pane.exposed_size(), pane.meaning(name));

@@ -105,12 +105,12 @@ fn write_files(
     detail: Option<Part>,
 ) -> Result<Vec<String>, String> {
     let mut files: Vec<String> = Vec::new();
-    let mut text = |name: &str, content: &str, files: &mut Vec<String>| {
+    let text = |name: &str, content: &str, files: &mut Vec<String>| {
         files.push(name.to_owned());
         write_atomically(&folder.join(name), |out| out.write_all(content.as_bytes())).map_err(|e| said(&e))
     };
     let detail = detail.filter(|_| choice.details);
-    let mut picture = |name: &str, image: &Image<[u8; 3]>, files: &mut Vec<String>| {
+    let picture = |name: &str, image: &Image<[u8; 3]>, files: &mut Vec<String>| {
         let mut png = |name: String, image: &Image<[u8; 3]>| {
             let written = write_png_rgb(&folder.join(&name), image).map_err(|e| said(&e));
             files.push(name);
@@ -166,17 +166,28 @@ fn scales() -> String {
         ("visible difference", ColorMap::Magma, "0 JOD", format!("{} JOD and more", 10.0 * JOD_MAP_WHITE)),
         ("absolute error", ColorMap::Viridis, "0", format!("{ABS_ERROR_WHITE} and more")),
     ];
-    let mut svg = String::from("<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 460 132\" font-family=\"sans-serif\" font-size=\"12\">\n");
+    let mut svg = String::from(
+        "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 460 132\" font-family=\"sans-serif\" font-size=\"12\">\n",
+    );
     for (row, (title, map, low, high)) in maps.into_iter().enumerate() {
         let top = 44 * row;
         for step in 0..64_u16 {
             let [r, g, b] = map.srgb8(f32::from(step) / 63.0);
             let x = 10.0 + 5.0 * f64::from(step);
             // Writing into a String cannot fail.
-            let _ = writeln!(svg, "<rect x=\"{x}\" y=\"{}\" width=\"5.5\" height=\"10\" fill=\"rgb({r},{g},{b})\"/>", top + 18);
+            let _ = writeln!(
+                svg,
+                "<rect x=\"{x}\" y=\"{}\" width=\"5.5\" height=\"10\" fill=\"rgb({r},{g},{b})\"/>",
+                top + 18
+            );
         }
         let _ = writeln!(svg, "<text x=\"10\" y=\"{}\">{title}</text>", top + 13);
-        let _ = writeln!(svg, "<text x=\"10\" y=\"{}\">{low}</text><text x=\"330\" y=\"{}\" text-anchor=\"end\">{high}</text>", top + 41, top + 41);
+        let _ = writeln!(
+            svg,
+            "<text x=\"10\" y=\"{}\">{low}</text><text x=\"330\" y=\"{}\" text-anchor=\"end\">{high}</text>",
+            top + 41,
+            top + 41
+        );
     }
     svg + "</svg>\n"
 }
@@ -188,7 +199,9 @@ mod tests {
     #[test]
     fn parts_lie_in_the_picture_wherever_they_are_asked_for() {
         let size = uvec2(64, 48);
-        for corners in [[[0.0, 0.0], [1.0, 1.0]], [[0.9, 0.9], [0.9, 0.9]], [[f32::NAN, -1.0], [2.0, 0.5]], [[1.0; 2]; 2]] {
+        for corners in
+            [[[0.0, 0.0], [1.0, 1.0]], [[0.9, 0.9], [0.9, 0.9]], [[f32::NAN, -1.0], [2.0, 0.5]], [[1.0; 2]; 2]]
+        {
             let part = Part::between(size, corners);
             assert!(part.size.min_element() >= 1 && (part.min + part.size).cmple(size).all(), "{corners:?}: {part:?}");
         }

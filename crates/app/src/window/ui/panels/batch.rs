@@ -96,9 +96,19 @@ fn buttons(ui: &mut Ui, view: &BatchView<'_>) -> Option<BatchAction> {
         let has_rows = !view.rows.is_empty();
         let has_results = view.cells.iter().any(|cells| matches!(cells, BatchCells::Known { .. }));
         let offered = [
-            ("Add panes", has_room, "The present aperture and focus with the method of each pane", BatchAction::AddPanes),
+            (
+                "Add panes",
+                has_room,
+                "The present aperture and focus with the method of each pane",
+                BatchAction::AddPanes,
+            ),
             ("Add all methods", has_room, "The present aperture and focus with every method", BatchAction::AddAll),
-            ("Run", has_rows && !view.is_running, "Compares each row with its reference, beside the interface", BatchAction::Run),
+            (
+                "Run",
+                has_rows && !view.is_running,
+                "Compares each row with its reference, beside the interface",
+                BatchAction::Run,
+            ),
             ("Save as CSV…", has_results, "What was measured, a line for each row", BatchAction::Save),
             ("Clear", has_rows && !view.is_running, "Takes all rows away", BatchAction::Clear),
         ];

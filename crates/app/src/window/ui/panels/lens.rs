@@ -6,10 +6,10 @@ use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
 use crate::window::model::DistanceUnit;
 use crate::window::model::numbers::{OtherUnit, significant};
+use crate::window::ui::widgets::group;
 use defocus::focus::dioptres;
 use defocus::lens::Lens;
 use defocus::presets::LensPreset;
-use crate::window::ui::widgets::group;
 use eframe::egui::{Align, Layout, RichText, Ui, vec2};
 use glam::UVec2;
 

@@ -43,10 +43,12 @@ pub fn paper_form(ui: &mut Ui, view: &PaperView<'_>) -> Option<PaperAction> {
     }
     ui.label(RichText::new("Contents").strong());
     let detail = if view.is_magnified { "Details: what the panes show" } else { "Details: around the worst place" };
-    ui.checkbox(&mut choice.details, detail).on_hover_text("A part of each picture, three times as large. Magnify the panes to choose it.");
+    ui.checkbox(&mut choice.details, detail)
+        .on_hover_text("A part of each picture, three times as large. Magnify the panes to choose it.");
     let maps = ui.add_enabled(view.has_truth, eframe::egui::Checkbox::new(&mut choice.maps, "Error maps"));
     maps.on_hover_text("FLIP, what is visible (ColorVideoVDP), and the absolute error, with their scales");
-    ui.checkbox(&mut choice.plots, "Plots").on_hover_text("CoC against depth, quality against time: SVG, and the curve as CSV");
+    ui.checkbox(&mut choice.plots, "Plots")
+        .on_hover_text("CoC against depth, quality against time: SVG, and the curve as CSV");
     ui.checkbox(&mut choice.table, "Table").on_hover_text("All figures as CSV and JSON");
     ui.horizontal(|ui| {
         let label = ui.label("Folder");

@@ -24,7 +24,9 @@ pub fn scale_offer(ui: &mut Ui, view: ScaleView) -> Option<ScaleAction> {
     let mut action = None;
     ui.horizontal_wrapped(|ui| {
         let far = distance_text(view.nearest_m);
-        ui.label(format!("Nothing in view is nearer than {far}, where no eye blurs much. Is the file in another unit?"));
+        ui.label(format!(
+            "Nothing in view is nearer than {far}, where no eye blurs much. Is the file in another unit?"
+        ));
         for (name, metres) in [("Centimetres", 0.01), ("Millimetres", 0.001), ("Inches", 0.0254)] {
             if ui.button(name).on_hover_text(format!("{metres} m a unit")).clicked() {
                 action = Some(ScaleAction::Read(metres));

@@ -16,7 +16,8 @@ pub fn story_panel(ui: &mut Ui, title: &str, story: Option<&Story>) {
     };
     ui.label(RichText::new(format!("On its way through {title}")).small().strong());
     if story.divisor > 1 {
-        let text = format!("Of the picture drawn at 1/{}: the whole takes longer than the interface can wait.", story.divisor);
+        let text =
+            format!("Of the picture drawn at 1/{}: the whole takes longer than the interface can wait.", story.divisor);
         ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color));
     }
     if story.lines.is_empty() {

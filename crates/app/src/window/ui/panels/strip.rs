@@ -48,12 +48,17 @@ pub fn strip(ui: &mut Ui, view: StripView) -> Option<StripAction> {
             });
         };
         let help = "E: diameter of the aperture, the pupil. All blur is proportional to it. Keys: comma and point.";
-        let aperture =
-            Field { name: "Opening E", help, unit: " mm", range: 0.0..=200.0, log: Some(0.01), reset: None };
+        let aperture = Field { name: "Opening E", help, unit: " mm", range: 0.0..=200.0, log: Some(0.01), reset: None };
         field(ui, aperture, view.aperture_mm, |mm| StripAction::Aperture(mm.max(0.0)));
         let help = "Distance of what is sharp. Or click it in the picture. Keys: K nearer, L farther.";
-        let focus =
-            Field { name: "Focus at", help, unit: " m", range: NEAREST_M..=f64::INFINITY, log: Some(NEAREST_M), reset: None };
+        let focus = Field {
+            name: "Focus at",
+            help,
+            unit: " m",
+            range: NEAREST_M..=f64::INFINITY,
+            log: Some(NEAREST_M),
+            reset: None,
+        };
         field(ui, focus, view.focus_m, StripAction::Focus);
         if let Some(mean_px) = view.mean_coc_px {
             ui.label(format!("mean CoC {} px", significant(mean_px)));

@@ -1,10 +1,10 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
+use super::presets::{preset_label, same_but_focus};
 use crate::window::model::numbers::significant;
 use crate::window::ui::widgets::choice;
 use defocus::lens::Lens;
-use super::presets::{preset_label, same_but_focus};
 use defocus::presets::{Headset, LensPreset, presets};
 use defocus::stereo::{IPD_MM, Layout, MEAN_IPD_MM, REFRESH_HZ, Stereo, refresh_met};
 use eframe::egui::{Button, RichText, Ui};
