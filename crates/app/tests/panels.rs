@@ -337,7 +337,7 @@ fn two_eyes_and_headsets_are_chosen() {
     let expected = Stereo { layout: Layout::GreyAnaglyph, ipd_mm: 65.0, window_m: 2.0 };
     assert_eq!(window.state().stereo, Some(expected));
     assert!(window.query_by_label("Picture as large as its eye").is_none(), "the lens is no headset's");
-    let preset = presets::preset("hmd-xr4").expect("it is one of the presets");
+    let preset = preset("hmd-xr4").expect("it is one of the presets");
     let headset = preset.headset.expect("it is a headset");
     window.state_mut().lens = Lens { aperture_diameter_mm: 6.5, focus_distance_m: 0.7, ..preset.lens };
     window.run_steps(2);

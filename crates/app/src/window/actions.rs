@@ -96,6 +96,8 @@ pub enum Action {
     FiguresForPaper,
     /// Ask for a file for numbers.
     SaveNumbers(Numbers),
+    /// Tell what every texture of the method under the pointer holds, or stop.
+    Story,
     /// Show or hide the batch.
     Batch,
     /// Read the scene's file with so many metres a unit of length.
@@ -176,6 +178,7 @@ impl App {
             command("Fit picture or pixel for pixel", plain(Key::Z), Action::ToggleZoom),
             command("Camera as the scene has it", plain(Key::R), Action::ResetCamera),
             command("Figures against the reference", plain(Key::M), Action::Measure),
+            command("Story of the pixel under the pointer", plain(Key::I), Action::Story),
             command("Open the aperture", plain(Key::Period), Action::NudgeAperture(1)),
             command("Close the aperture", plain(Key::Comma), Action::NudgeAperture(-1)),
             command("Focus nearer", plain(Key::K), Action::NudgeFocus(1)),
@@ -274,6 +277,10 @@ impl App {
             Action::FiguresForPaper => self.ask_for_paper(),
             Action::SaveNumbers(numbers) => self.dialogs.save_numbers(ctx, &self.document, numbers),
             Action::Batch => self.toggle_batch(),
+            Action::Story => {
+                self.preferences.panels_hidden = false;
+                self.inspector.toggle_story();
+            }
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
                 ctx.copy_text(state::command_text(&self.document, self.eye_size_px()));

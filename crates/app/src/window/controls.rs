@@ -13,7 +13,7 @@ use super::ui::panels::{
     eye_panel, focus_panel, same_but_focus, vr_panel,
 };
 use super::ui::style::NAME_WIDTH;
-use super::ui::widgets::{self, choice, group, number_of};
+use super::ui::widgets::{self, choice, group, number_of, revealed};
 use super::ui::{style, timing};
 use defocus::combine;
 use defocus::display::ToneMap;
@@ -43,7 +43,8 @@ impl App {
                     self.view_group(ui);
                 });
                 self.inspector.close();
-                group(ui, "Inspector", false, |ui| self.inspector(ui));
+                let reveal = self.inspector.take_reveal();
+                revealed(ui, "Inspector", false, reveal, |ui| self.inspector(ui));
                 self.vr_group(ui);
                 group(ui, "Timing", self.is_open_at_first("Timing"), |ui| self.timing_group(ui));
                 ui.add_space(8.0);

@@ -26,6 +26,8 @@ pub struct Inspector {
     /// The pane whose story it is.
     story_of: Option<PaneId>,
     story: Option<(PaneId, Story)>,
+    /// Whether the panel is to be unfolded and brought into sight.
+    reveal: bool,
 }
 
 impl Inspector {
@@ -37,6 +39,17 @@ impl Inspector {
     /// The pane whose method is to keep all of its textures.
     pub fn story_of(&self) -> Option<PaneId> {
         self.story_of.filter(|_| self.open && self.tells_story)
+    }
+
+    /// Begins to tell the story, in sight of the person, or stops.
+    pub fn toggle_story(&mut self) {
+        let is_told = self.open && self.tells_story;
+        (self.tells_story, self.reveal) = (!is_told, !is_told);
+    }
+
+    /// Whether the panel is to be brought into sight, once.
+    pub fn take_reveal(&mut self) -> bool {
+        std::mem::take(&mut self.reveal)
     }
 
     /// Nobody looks at it, until it is shown.

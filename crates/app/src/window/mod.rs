@@ -69,8 +69,8 @@ pub use engine::{
 pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use model::{
     Arrangement, BatchRow, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings,
-    Inside, MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind, PictureSize, Preferences,
-    REFERENCE_SAMPLES, Show, Theme, Zoom,
+    Inside, LESSONS, Lesson, MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind,
+    PictureSize, Preferences, REFERENCE_SAMPLES, Show, Theme, Zoom,
 };
 pub use ui::panels;
 pub use ui::style::apply as apply_style;

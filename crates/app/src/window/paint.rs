@@ -2,7 +2,7 @@
 
 use super::App;
 use super::legend::{self, Legend};
-use super::model::{PaneId, Show};
+use super::model::{PaneId, PaneState, Show};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
@@ -80,6 +80,17 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     marks(app, &painter, part, picture, id);
 }
 
+/// What a pane's method is called; where another pane has the same, with its parameters.
+fn name_beside_others(app: &App, pane: &PaneState) -> String {
+    let title = pane.method.title();
+    let is_alone = app.document.panes.iter().all(|other| other.id == pane.id || other.method.id != pane.method.id);
+    if is_alone || pane.method.params.is_empty() {
+        return title;
+    }
+    let params = pane.method.params.iter().map(|(key, value)| format!("{key} {value}"));
+    format!("{title}, {}", params.collect::<Vec<_>>().join(", "))
+}
+
 /// The display values of every pixel in its place, where pixels are large enough to hold them.
 fn pixel_values(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
     let is_picture = app.document.pane(id).is_some_and(|pane| pane.show == Show::Picture);
@@ -108,7 +119,7 @@ fn pixel_values(app: &App, painter: &Painter, part: Rect, picture: Rect, id: Pan
 fn marks(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
     let seen = picture.intersect(part);
     if app.preferences.panels_hidden && app.document.visible().len() > 1 {
-        let title = app.document.pane(id).map_or_else(String::new, |pane| pane.method.title());
+        let title = app.document.pane(id).map_or_else(String::new, |pane| name_beside_others(app, pane));
         let text = wrapped(painter, &title, seen.width() - 4.0 * INSET);
         label(painter, seen.left_top() + vec2(INSET, INSET), Align2::LEFT_TOP, text);
     }

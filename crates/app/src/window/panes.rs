@@ -22,6 +22,12 @@ const HEAD: f32 = 30.0;
 /// Height of a pane's foot, points.
 const FOOT: f32 = 22.0;
 
+/// Greatest width of the list of methods in a head, points: the longest name has room.
+const METHOD_WIDTH: f32 = 200.0;
+
+/// Greatest width of the list of what is shown, points.
+const SHOWN_WIDTH: f32 = 165.0;
+
 /// A pane with less room than this has no head and no foot, points.
 const LEAST: f32 = 90.0;
 
@@ -139,9 +145,11 @@ impl App {
         let dragged = self.number(ui, id);
         let room = ui.available_width();
         let menu = 66.0;
-        let width = ((room - menu) * 0.5 - 8.0).clamp(40.0, 190.0);
-        self.method_list(ui, id, width);
-        self.show_list(ui, id, width.min(150.0));
+        // The methods have the longer names.
+        let method = ((room - menu) * 0.56 - 8.0).clamp(40.0, METHOD_WIDTH);
+        let shown = (room - menu - method - 16.0).clamp(40.0, SHOWN_WIDTH);
+        self.method_list(ui, id, method);
+        self.show_list(ui, id, shown);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 2.0;
             if self.document.panes.len() > 1 {
@@ -296,7 +304,7 @@ impl App {
                 let FootText { text, help, is_current, visibility } = self.figures_text(id);
                 if let Some(visibility) = visibility {
                     let [r, g, b] = visibility.srgb8();
-                    let word = RichText::new(visibility.word()).small().strong().color(Color32::from_rgb(r, g, b));
+                    let word = RichText::new(visibility.word()).small().strong().color(style::readable(Color32::from_rgb(r, g, b), ui.visuals().panel_fill));
                     ui.label(word).on_hover_text(format!("On this display: {}.", visibility.why()));
                 }
                 let text = RichText::new(text).small();

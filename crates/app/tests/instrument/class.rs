@@ -105,9 +105,12 @@ fn keys_change_aperture_and_focus() {
 fn full_screen_and_size_of_the_interface_are_asked_for() {
     let Tiny { mut window, folder: _folder } = tiny(&tiny_files::squares().glb(), &["mipmap"]);
     window.key_press(Key::F11);
-    window.step();
-    let output = &window.output().viewport_output[&eframe::egui::ViewportId::ROOT];
-    assert!(output.commands.iter().any(|c| matches!(c, eframe::egui::ViewportCommand::Fullscreen(true))));
+    let is_asked = (0..4).any(|_| {
+        window.step();
+        let output = &window.output().viewport_output[&eframe::egui::ViewportId::ROOT];
+        output.commands.iter().any(|c| matches!(c, eframe::egui::ViewportCommand::Fullscreen(true)))
+    });
+    assert!(is_asked, "the system is asked for the whole screen");
     perform(&mut window, Action::ScaleInterface(1.25));
     assert_eq!(window.ctx.zoom_factor(), 1.25);
     window.run_steps(2);
@@ -128,7 +131,8 @@ fn the_unit_of_a_file_is_asked_for_where_all_of_it_is_far_away() {
     settle(&mut window);
     assert!(!says(&window, "Is the file in another unit?"));
     let after_m = window.state_mut().depth_at_m(glam::DVec2::splat(0.5)).expect("there is a view");
-    assert!((before_m / after_m - 100.0).abs() < 0.1, "{before_m} m became {after_m} m");
+    // The question took some of the picture's height.
+    assert!((before_m / after_m - 100.0).abs() < 1.0, "{before_m} m became {after_m} m");
     assert_eq!(window.state().document().depth.scene_scale, Some(0.01));
     let Tiny { window, folder: _folder } = tiny(&tiny_files::squares().glb(), &["mipmap"]);
     assert!(!says(&window, "Is the file in another unit?"), "what is near is not asked about");

@@ -39,9 +39,9 @@ fn figures_for_a_paper_have_what_they_are_of() {
     let Tiny { mut window, folder } = window(&["mipmap", "pinhole", "accumulation"]);
     let psnr_db = psnr_db(&window);
     perform(&mut window, Action::FiguresForPaper);
-    window.get_by_role_and_label(Role::CheckBox, "2 Pinhole").click();
+    window.get_by_role_and_label(Role::CheckBox, "2 Pinhole").click_accesskit();
     window.run_steps(3);
-    window.get_by_role_and_label(Role::Button, "Make figures").click();
+    window.get_by_role_and_label(Role::Button, "Make figures").click_accesskit();
     window.run_steps(2);
     settle(&mut window);
     assert_eq!(window.state().last_error(), None);
@@ -79,7 +79,7 @@ fn a_batch_has_the_figures_of_its_rows() {
     let Tiny { mut window, folder } = window(&["mipmap", "accumulation"]);
     let shown_db = psnr_db(&window);
     perform(&mut window, Action::Batch);
-    window.get_by_role_and_label(Role::Button, "Batch: Add panes").click();
+    window.get_by_role_and_label(Role::Button, "Batch: Add panes").click_accesskit();
     window.run_steps(3);
     let row = window.state().document().batch[0].clone();
     assert_eq!(row.method, MethodChoice::new("mipmap"));
@@ -90,7 +90,7 @@ fn a_batch_has_the_figures_of_its_rows() {
     defocus_app::window::write_state(&file, &document).expect("it can be written");
     perform(&mut window, Action::OpenNamed(file.to_string_lossy().into_owned()));
     settle(&mut window);
-    window.get_by_role_and_label(Role::Button, "Batch: Run").click();
+    window.get_by_role_and_label(Role::Button, "Batch: Run").click_accesskit();
     window.run_steps(2);
     settle(&mut window);
     assert_eq!(window.state().last_error(), None);

@@ -3,7 +3,7 @@
 use crate::common::window::{Tiny, Window, point, settle, tiny};
 use crate::{says, tiny_files};
 use defocus::gpu::download;
-use defocus_app::window::PaneId;
+use defocus_app::window::{Action, PaneId, PictureSize};
 use eframe::egui::{self, Role};
 use egui_kittest::kittest::Queryable;
 use glam::DVec2;
@@ -24,7 +24,11 @@ fn told(window: &mut Window, at: DVec2) {
 #[test]
 fn every_texture_of_a_method_is_read_under_the_pointer() {
     for method in ["mipmap", "adaptive", "splat", "gather"] {
-        let Tiny { mut window, folder: _folder } = tiny(&tiny_files::squares().glb(), &[method]);
+        let Tiny { mut window, folder: _folder } = tiny(&tiny_files::squares().glb(), &["pinhole"]);
+        let ctx = window.ctx.clone();
+        window.state_mut().perform(&ctx, Action::SetSize(PictureSize::Pixels(64, 48)));
+        window.state_mut().perform(&ctx, Action::SetMethod(PaneId(1), method.into()));
+        settle(&mut window);
         let at = DVec2::new(0.4, 0.45);
         told(&mut window, at);
         let engine = window.state().engine();

@@ -5,7 +5,10 @@ use crate::window::App;
 use crate::window::model::{Document, PaneId, PaperChoice};
 use crate::window::tasks::Task;
 use crate::window::ui::panels::{PaperAction, PaperView, paper_form};
-use eframe::egui::{Context, Id, Modal, RichText};
+use eframe::egui::{Context, Id, Modal, RichText, ScrollArea};
+
+/// Height of the window around the form's content, points.
+const FRAME_HEIGHT: f32 = 70.0;
 
 /// The form, if it is open.
 #[derive(Default)]
@@ -37,7 +40,9 @@ impl App {
         let modal = Modal::new(Id::unique("figures for a paper")).show(ctx, |ui| {
             ui.set_width(460.0);
             ui.label(RichText::new("Figures for a paper").strong());
-            paper_form(ui, &view)
+            // Six panes make it higher than the smallest window.
+            let height = (ui.ctx().content_rect().height() - FRAME_HEIGHT).max(80.0);
+            ScrollArea::vertical().max_height(height).show(ui, |ui| paper_form(ui, &view)).inner
         });
         let should_close = modal.should_close();
         match modal.inner {

@@ -1,8 +1,8 @@
 //! Rows of a name, a slider and an exact number, which a double-click on the name resets.
 
 use crate::window::model::numbers::{OtherUnit, exact, parsed, significant};
-use crate::window::ui::style::NAME_WIDTH;
-use eframe::egui::{Align, DragValue, Id, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
+use crate::window::ui::named::named;
+use eframe::egui::{DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, Ui};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
@@ -132,19 +132,8 @@ impl Field<'_> {
 
 /// A name, then what `add` adds, which it labels by the name's id; the name's response.
 fn labelled_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui, Id)) -> Response {
-    ui.horizontal(|ui| {
-        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
-        let label = ui
-            .allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                ui.set_min_width(NAME_WIDTH);
-                let name = RichText::new(name).color(ui.visuals().text_color());
-                ui.add(Label::new(name).truncate().selectable(false).sense(Sense::click()))
-            })
-            .inner;
-        add(ui, label.id);
-        label
-    })
-    .inner
+    let text = RichText::new(name).color(ui.visuals().text_color());
+    named(ui, Label::new(text).selectable(false).sense(Sense::click()), name, add).0
 }
 
 /// A name, then whatever `add` adds, labelled by it; the name's response.
