@@ -1,13 +1,12 @@
 //! The bar above the panes and the line below them.
 
-use super::actions::Action;
-use super::classroom::{UI_SCALES, scale_name};
+use super::action::Action;
 use super::dialogs::Numbers;
 use super::model::Arrangement;
-use super::model::LESSONS;
 use super::model::PictureKind;
 use super::model::Theme;
 use super::model::numbers::significant;
+use super::model::{LESSONS, UI_SCALES, scale_name};
 use super::ui::panels::{distance_text, refresh_text};
 use super::ui::widgets::combo;
 use super::{App, MAX_PANES};

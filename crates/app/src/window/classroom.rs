@@ -1,7 +1,7 @@
 //! The window before a class: hidden panels, full screen, large text, and lessons.
 
 use super::App;
-use super::actions::Action;
+use super::action::Action;
 use super::model::{Document, LESSONS, Lesson, Optics};
 use super::ui::panels::{LessonAction, LessonView, StripAction, StripView, lesson_card, strip};
 use defocus::camera::Camera;
@@ -9,19 +9,6 @@ use defocus::focus::{dioptres, metres};
 use defocus::lens::Lens;
 use defocus::presets;
 use eframe::egui::{Context, Frame, Margin, Panel, Ui, ViewportCommand};
-
-/// Sizes of the interface that are offered, as multiples of the normal one; the last but one
-/// is for a projector.
-pub const UI_SCALES: [f32; 6] = [0.8, 1.0, 1.25, 1.5, 1.75, 2.0];
-
-/// The size for a projector: text is as high on the screen as slides have it.
-pub const PROJECTOR_SCALE: f32 = 1.75;
-
-/// What an offered size is called.
-pub fn scale_name(scale: f32) -> String {
-    let projector = if scale == PROJECTOR_SCALE { ", for a projector" } else { "" };
-    format!("Size of the interface: {} %{projector}", (100.0 * scale).round())
-}
 
 /// A key makes E so many times larger or smaller.
 const APERTURE_STEP: f64 = 1.1;

@@ -1,7 +1,7 @@
 //! The panel with what can be set.
 
 use super::App;
-use super::actions::Action;
+use super::action::Action;
 use super::engine::PassTimes;
 use super::model::Navigation;
 use super::model::aperture_limit;

@@ -23,11 +23,13 @@
 //! palette, may have keys, and is on the sheet of keys. What focusing does with the mouse
 //! is in `viewport.rs`.
 
+mod action;
 mod actions;
 mod bars;
 mod batch;
 mod browsing;
 mod classroom;
+mod commands;
 mod compared;
 mod controls;
 mod details;
@@ -60,7 +62,7 @@ mod viewport;
 mod viewport_state;
 mod watch;
 
-pub use actions::{Action, Command};
+pub use action::{Action, Command};
 pub use dialogs::{Answer, Numbers, Purpose};
 pub use engine::{
     DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Measured, Pairing, Pane, Quantiles,

@@ -1,7 +1,7 @@
 //! The command palette: type a few letters of what is to be done.
 
 use super::App;
-use super::actions::Command;
+use super::action::Command;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
 
 /// Height of the list, points.

@@ -6,7 +6,7 @@ use super::model::numbers::significant;
 use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
 use super::model::{aperture_limit, astigmatism_limit};
 use super::ui::widgets::combo;
-use super::{App, actions::Action, ui::style};
+use super::{App, action::Action, ui::style};
 use defocus::gpu::Texture;
 use defocus::methods;
 use defocus_study::metrics::Visibility;

@@ -2,7 +2,7 @@
 
 use super::run::{Outcome, run};
 use crate::window::App;
-use crate::window::actions::Action;
+use crate::window::action::Action;
 use crate::window::dialogs::Numbers;
 use crate::window::engine::{Exposure, Identity};
 use crate::window::model::{BatchRow, MethodChoice};

@@ -18,6 +18,7 @@ mod show;
 mod size;
 pub(super) mod state;
 mod tiles;
+mod ui_scale;
 mod units;
 
 pub use batch::{BatchRow, MOST_BATCH_ROWS};
@@ -35,4 +36,5 @@ pub use preferences::{Navigation, Preferences, Theme};
 pub use show::{Channel, Difference, DifferenceKind, Inside, Show};
 pub use size::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
 pub(super) use tiles::tree_of;
+pub use ui_scale::{UI_SCALES, scale_name};
 pub use units::DistanceUnit;
