@@ -40,7 +40,7 @@ pub enum Action {
     Compare,
     /// How panes lie.
     Arrange(Arrangement),
-    /// All panes side by side and the same size.
+    /// All panes side by side and about the same size.
     ResetPanes,
     /// Make a pane A.
     ChooseA(PaneId),

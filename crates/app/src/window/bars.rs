@@ -15,10 +15,13 @@ use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
 /// Width from which the bar fits into one row, points; two rows fit into the least width of
 /// the window.
-const ONE_ROW: f32 = 1010.0;
+const ONE_ROW: f32 = 1030.0;
+
+/// Width of the lists of scenes and cameras, points: the built-in names have room.
+const SCENES: f32 = 104.0;
 
 /// Width of the list of cameras with its name, points.
-const CAMERAS: f32 = 160.0;
+const CAMERAS: f32 = 180.0;
 
 impl App {
     /// File, scene and camera; the panes; undo; what is rarely needed at the right.
@@ -162,7 +165,7 @@ impl App {
         let before = chosen;
         let label = ui.label("Scene");
         let notes = self.engine.source().map(|s| s.source().notes().join("\n\n")).filter(|n| !n.is_empty());
-        let list = combo(ui, "scene", &mut chosen, &names, 84.0).labelled_by(label.id);
+        let list = combo(ui, "scene", &mut chosen, &names, SCENES).labelled_by(label.id);
         if let Some(notes) = notes {
             list.on_hover_text(notes);
         }
@@ -182,7 +185,7 @@ impl App {
         if names.len() > 1 {
             let before = chosen;
             let label = ui.label("Camera");
-            combo(ui, "camera", &mut chosen, &names, 84.0).labelled_by(label.id);
+            combo(ui, "camera", &mut chosen, &names, SCENES).labelled_by(label.id);
             if chosen != before {
                 self.choose_camera(chosen);
             }
@@ -211,7 +214,7 @@ impl App {
                     self.perform(&ctx, Action::Arrange(arrangement));
                 }
             }
-            if ui.button("Even").on_hover_text("All panes side by side and the same size").clicked() {
+            if ui.button("Even").on_hover_text("All panes side by side and about the same size").clicked() {
                 self.perform(&ctx, Action::ResetPanes);
             }
         });

@@ -3,7 +3,7 @@
 use crate::common::window::{Tiny, Window, press, settle, tiny, window_with};
 use crate::{says, tiny_files};
 use defocus_app::window::{Action, AppOptions, Document, LESSONS, PictureSize};
-use eframe::egui::{Key, Modifiers, Role};
+use eframe::egui::{Key, Modifiers, Role, ViewportCommand};
 use egui_kittest::kittest::Queryable;
 
 fn perform(window: &mut Window, action: Action) {
@@ -104,13 +104,15 @@ fn keys_change_aperture_and_focus() {
 #[test]
 fn full_screen_and_size_of_the_interface_are_asked_for() {
     let Tiny { mut window, folder: _folder } = tiny(&tiny_files::squares().glb(), &["mipmap"]);
-    window.key_press(Key::F11);
-    let is_asked = (0..4).any(|_| {
-        window.step();
-        let output = &window.output().viewport_output[&eframe::egui::ViewportId::ROOT];
-        output.commands.iter().any(|c| matches!(c, eframe::egui::ViewportCommand::Fullscreen(true)))
-    });
-    assert!(is_asked, "the system is asked for the whole screen");
+    assert!(window.state().commands().iter().any(|command| {
+        command.action == Action::ToggleFullScreen && command.keys.is_some_and(|keys| keys.logical_key == Key::F11)
+    }));
+    let ctx = window.ctx.clone();
+    window.state_mut().perform(&ctx, Action::ToggleFullScreen);
+    window.step();
+    let output = &window.output().viewport_output[&eframe::egui::ViewportId::ROOT];
+    let asks = |command: &ViewportCommand| matches!(command, ViewportCommand::Fullscreen(true));
+    assert!(output.commands.iter().any(asks), "the system is asked for the whole screen: {:?}", output.commands);
     perform(&mut window, Action::ScaleInterface(1.25));
     assert_eq!(window.ctx.zoom_factor(), 1.25);
     window.run_steps(2);

@@ -45,6 +45,15 @@ fn cut(window: &Window) -> Vec<String> {
     found
 }
 
+/// Inputs that reach beyond the window.
+fn outside(window: &Window) -> Vec<String> {
+    let right = f64::from(window.ctx.content_rect().right());
+    let nodes = window.root().children_recursive().map(|node| node.accesskit_node());
+    let inputs = nodes.filter(|n| [Role::SpinButton, Role::ComboBox, Role::Slider, Role::CheckBox].contains(&n.role()));
+    let outside = inputs.filter(|node| node.raw_bounds().is_some_and(|bounds| bounds.x1 > right - 8.0));
+    outside.map(|node| format!("{:?} {:?}", node.role(), node.label())).collect()
+}
+
 #[test]
 fn no_name_is_cut_at_1280_by_720() {
     let choices = defocus::methods::all();
@@ -66,7 +75,7 @@ fn no_name_is_cut_at_1280_by_720() {
         let ctx = window.ctx.clone();
         window.state_mut().perform(&ctx, Action::SetMethod(PaneId(1), about.id.into()));
         settle(&mut window);
-        let found = cut(&window);
+        let found = [cut(&window), outside(&window)].concat();
         assert!(found.is_empty(), "{}: {found:#?}", about.id);
     }
     let ctx = window.ctx.clone();

@@ -48,3 +48,25 @@ fn pane_of(tile: &Tile<PaneId>) -> Option<PaneId> {
         Tile::Container(_) => None,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::document::MAX_PANES;
+    use super::super::method::MethodChoice;
+    use super::*;
+    use egui_tiles::Container;
+
+    #[test]
+    fn every_number_of_panes_fills_the_window() {
+        for count in 1..=MAX_PANES {
+            let document = Document::of_methods((0..count).map(|_| MethodChoice::new("pinhole")));
+            let tree = tree_of(&document);
+            let mut held: Vec<PaneId> = tree.tiles.tiles().filter_map(pane_of).collect();
+            held.sort();
+            assert_eq!(held, document.panes.iter().map(|pane| pane.id).collect::<Vec<_>>());
+            // Only a grid has places that nothing stands in; with four and six it has none.
+            let has_grid = tree.tiles.tiles().any(|tile| matches!(tile, Tile::Container(Container::Grid(_))));
+            assert_eq!(has_grid, [4, 6].contains(&count), "{count} panes");
+        }
+    }
+}

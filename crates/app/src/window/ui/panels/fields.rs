@@ -2,7 +2,7 @@
 
 use crate::window::model::numbers::{OtherUnit, exact, parsed, significant};
 use crate::window::ui::named::named;
-use eframe::egui::{DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, Ui};
+use eframe::egui::{Color32, DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, TextStyle, Ui};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
@@ -111,9 +111,15 @@ impl Field<'_> {
             Some(least) => 0.01 * before.abs().clamp(least, LARGEST_FINITE),
             None => (self.range.end() - self.range.start()) / 300.0,
         };
+        // A unit that has no room beside the number is told with the help: a wider field would push
+        // everything below it out of the panel.
+        let font = TextStyle::Button.resolve(ui.style());
+        let text = format!("{}{}", significant(before), self.unit);
+        let width = ui.fonts_mut(|fonts| fonts.layout_no_wrap(text, font, Color32::PLACEHOLDER).size().x);
+        let has_room = width + 2.0 * ui.spacing().button_padding.x <= NUMBER_WIDTH;
         let drag = DragValue::new(value)
             .speed(speed)
-            .suffix(self.unit)
+            .suffix(if has_room { self.unit } else { "" })
             .update_while_editing(false)
             .custom_formatter(move |v, _| if is_edited { exact(v) } else { significant(v) })
             .custom_parser(|text| match parsed(text, self.unit, others) {
@@ -126,6 +132,7 @@ impl Field<'_> {
                 }
             });
         let response = ui.add(drag);
+        let response = if has_room { response } else { response.on_hover_text(format!("In{}.", self.unit)) };
         (response, error.into_inner())
     }
 }

@@ -3,7 +3,7 @@
 use crate::window::engine::{Story, StoryLine};
 use crate::window::model::numbers::{quantity_text, significant};
 use defocus::methods::{Meaning, Quantity};
-use eframe::egui::{Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{Label, RichText, ScrollArea, Ui};
 
 /// Height of the list, points; longer ones scroll.
 const HEIGHT: f32 = 260.0;
@@ -18,29 +18,25 @@ pub fn story_panel(ui: &mut Ui, title: &str, story: Option<&Story>) {
     if story.divisor > 1 {
         let text =
             format!("Of the picture drawn at 1/{}: the whole takes longer than the interface can wait.", story.divisor);
-        ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color));
+        ui.add(Label::new(RichText::new(text).small().color(ui.visuals().warn_fg_color)).wrap());
     }
     if story.lines.is_empty() {
         ui.weak("Nothing inside: everything is in focus, or the method has no steps.");
         return;
     }
-    ScrollArea::vertical().id_salt("story").max_height(HEIGHT).auto_shrink([false, true]).show(ui, |ui| {
-        Grid::new("story lines").num_columns(2).striped(true).spacing([10.0, 2.0]).show(ui, |ui| {
-            let mut before: Option<&str> = None;
-            for line in &story.lines {
-                let is_new = before != Some(line.texture.as_str());
-                before = Some(&line.texture);
-                let name = if is_new { line.texture.as_str() } else { "" };
-                ui.vertical(|ui| {
-                    if is_new {
-                        ui.label(RichText::new(name).small().strong());
-                    }
-                    ui.label(RichText::new(place_text(line)).small().weak());
-                });
-                ui.label(RichText::new(values_text(line)).small().monospace());
-                ui.end_row();
+    let list = ScrollArea::vertical().id_salt("story").max_height(HEIGHT).min_scrolled_height(HEIGHT);
+    list.auto_shrink([false, true]).show(ui, |ui| {
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let mut before: Option<&str> = None;
+        for line in &story.lines {
+            if before != Some(line.texture.as_str()) {
+                ui.add_space(4.0);
+                ui.add(Label::new(RichText::new(&line.texture).small().strong()).wrap());
             }
-        });
+            before = Some(&line.texture);
+            ui.add(Label::new(RichText::new(place_text(line)).small().weak()).wrap());
+            ui.add(Label::new(RichText::new(values_text(line)).small().monospace()).wrap());
+        }
     });
 }
 
@@ -57,14 +53,14 @@ pub fn place_text(line: &StoryLine) -> String {
     parts.join(", ")
 }
 
-/// The numbers by their names where they have some, one below the other.
+/// The numbers by their names where they have some.
 pub fn values_text(line: &StoryLine) -> String {
     let number = |v: &f32| quantity_text(&Quantity::default(), *v);
     match &line.meaning {
         Meaning::Numbers(quantities) if !quantities.is_empty() => {
             let named = quantities.iter().zip(line.values);
             let told = named.map(|(quantity, value)| format!("{} {}", quantity.name, quantity_text(quantity, value)));
-            told.collect::<Vec<_>>().join("\n")
+            told.collect::<Vec<_>>().join(" · ")
         }
         _ => {
             let count = (line.channels as usize).clamp(1, 4);
