@@ -78,7 +78,7 @@ impl<'a> Line<'a> {
             gpu_ms: result.gpu_ms.map(|t| t.median),
             gpu_ms_min: result.gpu_ms.map(|t| t.min),
             gpu_ms_max: result.gpu_ms.map(|t| t.max),
-            runs: result.gpu_ms.map(|t| t.runs as u32),
+            runs: result.gpu_ms.map(|t| t.runs),
             copies: result.copy_ratio.map(|t| t.median),
             adapter: &setting.adapter,
             version: env!("CARGO_PKG_VERSION"),

@@ -26,11 +26,17 @@ struct Key {
     viewing: Viewing,
 }
 
+/// Outcomes on their way, with what each is to depend on, by the rows' places.
+struct Arriving {
+    keys: Vec<Key>,
+    outcomes: Receiver<(usize, Outcome)>,
+}
+
 /// The batch as it runs.
 #[derive(Default)]
 pub struct Batch {
     is_open: bool,
-    arriving: Option<(Vec<Key>, Receiver<(usize, Outcome)>)>,
+    arriving: Option<Arriving>,
     known: Vec<(Key, Outcome)>,
 }
 
@@ -109,8 +115,8 @@ impl App {
     }
 
     fn take_batch(&mut self) {
-        let Some((keys, arriving)) = &self.batch.arriving else { return };
-        for (index, outcome) in arriving.try_iter() {
+        let Some(Arriving { keys, outcomes }) = &self.batch.arriving else { return };
+        for (index, outcome) in outcomes.try_iter() {
             if let Some(key) = keys.get(index) {
                 self.batch.known.retain(|(known, _)| known != key);
                 self.batch.known.push((key.clone(), outcome));
@@ -168,8 +174,8 @@ impl App {
         let keys: Vec<Key> = rows.iter().map(|row| self.batch_key(row)).collect();
         // Each lens has a reference of its own.
         let Some(order) = self.order_without_truth() else { return };
-        let (tell, arriving) = channel();
-        self.batch.arriving = Some((keys, arriving));
+        let (tell, outcomes) = channel();
+        self.batch.arriving = Some(Arriving { keys, outcomes });
         let count = rows.len();
         self.tasks.push(Task::start(TASK.into(), ctx, move |progress| {
             run(&order, &rows, &tell, progress).map(|()| format!("The batch of {count} rows is done."))
