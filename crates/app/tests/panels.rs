@@ -361,6 +361,7 @@ fn the_inspector_tells_everything_about_a_pixel() {
             name: "1 mipmap".into(),
             color: picture.at(31, 0),
             numbers: vec![("slab index".into(), "2".into())],
+            divisor: 4,
         }],
         neighbourhood: neighbourhood(&picture, pixel, 7),
     };
@@ -376,7 +377,7 @@ fn the_inspector_tells_everything_about_a_pixel() {
         inspector_panel(ui, Some(&inspection), &lens, &display, Some(&histogram), Some(&DEPTHS_M));
     });
     assert!(coc < 0.0);
-    for text in ["31, 0", "0.6 m", "1.94 0 0.25", "255 0 137"] {
+    for text in ["31, 0", "0.6 m", "1.94 0 0.25", "255 0 137", "in the picture at 1/4:"] {
         assert!(window.query_by_label_contains(text).is_some(), "{text} is not shown");
     }
     for name in ["Neighbourhood", "Luminance histogram", "CoC histogram"] {

@@ -138,6 +138,7 @@ impl App {
                     name: name.clone(),
                     color: p.at(at_px.x, at_px.y),
                     numbers: numbers(*id),
+                    divisor: engine.exposed_divisor(*id),
                 })
                 .collect(),
             neighbourhood: neighbourhood(picture, at_px, RADIUS_PX),

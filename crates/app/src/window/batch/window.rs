@@ -88,7 +88,8 @@ impl App {
         let is_running = self.tasks.iter().any(|task| task.name() == TASK);
         let view = BatchView { rows: &self.document.batch, cells: &cells, is_running };
         let mut is_open = true;
-        let window = Window::new("Batch").open(&mut is_open).default_width(640.0).vscroll(false);
+        let window =
+            Window::new("Batch").open(&mut is_open).default_width(640.0).default_pos([60.0, 110.0]).vscroll(false);
         let shown = window.show(ctx, |ui| batch_panel(ui, &view));
         self.batch.is_open = is_open;
         if let Some(action) = shown.and_then(|shown| shown.inner).flatten() {

@@ -32,6 +32,14 @@ impl Engine {
         explained.flat_map(told).collect()
     }
 
+    /// How many times smaller than the picture that is asked for the one is whose textures a pane
+    /// has: a full picture that was drawn beside brings none of its own.
+    pub fn exposed_divisor(&self, id: PaneId) -> u32 {
+        let exposed = self.panes.get(&id).map(Pane::exposed_size).filter(|size| size.x > 0);
+        let (Some(exposed), Some(asked)) = (exposed, self.size()) else { return 1 };
+        (f64::from(asked.x) / f64::from(exposed.x)).round().max(1.0) as u32
+    }
+
     /// The texel of a level and layer of an exposed texture that lies at a point of the
     /// picture.
     fn texel(&self, pane: &Pane, name: &str, of: (&Texture, u32, u32), at: DVec2) -> Option<[f32; 4]> {

@@ -66,7 +66,7 @@ impl Engine {
         let texels = read_texels(&self.gpu, &spots)?;
         let told =
             lines.into_iter().zip(texels).filter_map(|(line, values)| Some(StoryLine { values: values?, ..line }));
-        Some(Story { size, divisor: pane.divisor(), lines: told.collect() })
+        Some(Story { size, divisor: self.exposed_divisor(id), lines: told.collect() })
     }
 }
 
