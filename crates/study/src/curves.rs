@@ -105,6 +105,7 @@ mod tests {
         }
         let svg = curve.plot().svg_file();
         assert!(svg.starts_with("<svg xmlns") && svg.contains("polyline"));
+        assert!(svg.contains("fill=\"none\"") && !svg.contains("class=\"line\""), "a curve is no area");
         assert_eq!(svg.matches("<circle").count() + svg.matches("<polygon").count(), 0, "no markers on a curve");
         assert_eq!(CocCurve::range_m([f32::INFINITY, 0.0]), None);
     }

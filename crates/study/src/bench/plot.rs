@@ -175,14 +175,23 @@ impl Plot<'_> {
         svg + "</svg>"
     }
 
-    /// The plot as a file of its own, black on white as paper has it.
+    /// The plot as a file of its own, black on white as paper has it. Its looks are attributes:
+    /// not every program that takes SVG reads style sheets.
     pub fn svg_file(&self) -> String {
-        let style = "<style>.plot { font: 12px sans-serif; background: #fff; } .plot text { fill: #000; } \
-                     .plot .grid { stroke: #ddd; } .plot .line { fill: none; stroke-width: 1.6; } \
-                     .plot .front { fill: none; stroke: #555; stroke-dasharray: 5 4; }</style>";
-        let page = format!(r##"<rect width="{WIDTH}" height="{HEIGHT}" fill="#fff"/>"##);
-        let svg = self.svg().replacen("<svg ", "<svg xmlns=\"http://www.w3.org/2000/svg\" ", 1);
-        svg.replacen('>', &format!(">{style}{page}"), 1) + "\n"
+        let looks = [
+            (r#"class="grid""#, r##"stroke="#dddddd""##),
+            (r#"class="line""#, r#"fill="none" stroke-width="1.6""#),
+            (r#"class="front""#, r##"fill="none" stroke="#555555" stroke-dasharray="5 4""##),
+        ];
+        let mut svg = self.svg();
+        for (class, look) in looks {
+            svg = svg.replace(class, look);
+        }
+        let root = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="12" "#
+        );
+        let page = format!(r##"><rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>"##);
+        svg.replacen("<svg ", &root, 1).replacen('>', &page, 1) + "\n"
     }
 
     fn draw_axes(&self, svg: &mut String, x: Scale, y: Scale) {
