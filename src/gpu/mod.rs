@@ -26,7 +26,7 @@ pub(crate) use arena::Piece;
 pub(crate) use bind_groups::Resource;
 pub use device::{AdapterSummary, GpuError, best_adapter, wanted_features, wanted_limits};
 pub(crate) use frame::attachment;
-pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Recorder, Submitted, Target, Timings};
+pub use frame::{Blend, Draw, Frame, FrameStats, Pass, PassTime, Recorder, Submitted, Target, Timings, WHOLE_FRAME};
 pub use kernel::SamplerKind;
 pub(crate) use kernel::embedded_module;
 pub use memo::Memo;

@@ -322,6 +322,36 @@ fn a_saved_shader_is_read_again_and_a_broken_one_leaves_the_last() {
     assert!(2 * black > before.len(), "the new shader draws black");
 }
 
+#[test]
+fn two_builds_of_a_shader_stand_side_by_side() {
+    let shaders = tempfile::tempdir().expect("a temporary folder can be made");
+    copy_folder(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders"), shaders.path());
+    let options = AppOptions { shaders: Some(shaders.path().into()), ..AppOptions::default() };
+    let Tiny { mut window, folder: _folder } = tiny_with(&tiny_files::squares().glb(), &["mipmap"], options);
+    let picture = |window: &Window, id: u32| {
+        let engine = window.state().engine();
+        download_rgba8(engine.gpu(), engine.pane(PaneId(id)).and_then(|p| p.shown()).expect("it is shown")).pixels
+    };
+    perform(&mut window, Action::CompareBuilds(PaneId(1)));
+    assert!(window.state().preferences().reload_shaders, "files are watched from now on");
+    let before = [picture(&window, 1), picture(&window, 2)];
+    assert!(before[0] == before[1], "nothing was edited yet");
+    let file = shaders.path().join("methods/mipmap_read.wgsl");
+    let source = std::fs::read_to_string(&file).expect("it can be read");
+    let black = source.replace(
+        "textureStore(result, pixel, vec4f(c, 1.0));",
+        "textureStore(result, pixel, vec4f(0.0, 0.0, 0.0, 1.0));",
+    );
+    // The watch takes the files' times as it starts.
+    std::thread::sleep(Duration::from_millis(300));
+    std::fs::write(&file, black).expect("it can be written");
+    wait_for(&mut window, "another picture", |window| picture(window, 1) != before[0]);
+    settle(&mut window);
+    assert!(picture(&window, 1) != before[0], "the pane follows the file");
+    assert!(picture(&window, 2) == before[1], "the other is drawn as the program was built");
+    assert!(window.query_all_by_label_contains("shaders as built").next().is_some());
+}
+
 /// What differs from run to run and from machine to machine: times, the adapter's name.
 fn mask_times(window: &mut Window) {
     let screen = window.ctx.content_rect();

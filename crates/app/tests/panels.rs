@@ -12,8 +12,8 @@ use defocus::presets::{LensPreset, preset};
 use defocus::stereo::{Layout, Stereo};
 use defocus_app::window::apply_style;
 use defocus_app::window::panels::{
-    Focusing, Inspection, LensChanges, LensPanel, LensReadings, PaneValue, VrReadings, aperture_panel, focus_panel,
-    image_histogram, inspector_panel, neighbourhood, vr_panel,
+    Focusing, Inspection, LensChanges, LensPanel, LensReadings, PaneValue, VrAction, VrReadings, aperture_panel,
+    focus_panel, image_histogram, inspector_panel, neighbourhood, vr_panel,
 };
 use defocus_app::window::{DistanceUnit, FocusMode, FocusSettings};
 use eframe::egui::{self, Modifiers, PointerButton, Role, Ui, pos2, vec2};
@@ -317,13 +317,13 @@ fn two_eyes_and_headsets_are_chosen() {
     struct State {
         stereo: Option<Stereo>,
         lens: Lens,
+        action: Option<VrAction>,
     }
-    let state = State { stereo: None, lens: projection() };
+    let state = State { stereo: None, lens: projection(), action: None };
     let mut window = harness(state, |ui, state| {
-        let readings = VrReadings { is_scene: true, focal_px: Some(600.0), focus_m: state.lens.focus_distance_m };
-        if let Some(lens) = vr_panel(ui, &mut state.stereo, &state.lens, readings) {
-            state.lens = lens;
-        }
+        let focus_m = state.lens.focus_distance_m;
+        let readings = VrReadings { is_scene: true, focal_px: Some(600.0), focus_m, size_px: uvec2(64, 48) };
+        state.action = vr_panel(ui, &mut state.stereo, &state.lens, readings).or(state.action);
     });
     window.get_by_role_and_label(Role::CheckBox, "Stereo").click();
     window.run_steps(2);
@@ -336,8 +336,15 @@ fn two_eyes_and_headsets_are_chosen() {
     type_number(&mut window, "Window at", "2");
     let expected = Stereo { layout: Layout::GreyAnaglyph, ipd_mm: 65.0, window_m: 2.0 };
     assert_eq!(window.state().stereo, Some(expected));
-    choose(&mut window, "Headset", "hmd-xr4");
-    assert!((window.state().lens.px_per_degree() - 51.0).abs() < 1e-4);
+    assert!(window.query_by_label("Picture as large as its eye").is_none(), "the lens is no headset's");
+    let preset = preset("hmd-xr4").expect("it is one of the presets");
+    let headset = preset.headset.expect("it is a headset");
+    window.state_mut().lens = Lens { aperture_diameter_mm: 6.5, focus_distance_m: 0.7, ..preset.lens };
+    window.run_steps(2);
+    assert!(window.query_by_label_contains("Varjo XR-4").is_some());
+    window.get_by_label("Picture as large as its eye").click();
+    window.run_steps(2);
+    assert_eq!(window.state().action, Some(VrAction::PictureSize(headset.eye_px.0, headset.eye_px.1)));
     window.get_by_role_and_label(Role::CheckBox, "Stereo").click();
     window.run_steps(2);
     assert_eq!(window.state().stereo, None);
@@ -354,6 +361,7 @@ fn the_inspector_tells_everything_about_a_pixel() {
             name: "1 mipmap".into(),
             color: picture.at(31, 0),
             numbers: vec![("slab index".into(), "2".into())],
+            divisor: 4,
         }],
         neighbourhood: neighbourhood(&picture, pixel, 7),
     };
@@ -369,7 +377,7 @@ fn the_inspector_tells_everything_about_a_pixel() {
         inspector_panel(ui, Some(&inspection), &lens, &display, Some(&histogram), Some(&DEPTHS_M));
     });
     assert!(coc < 0.0);
-    for text in ["31, 0", "60 cm", "1.94 0 0.25", "255 0 137"] {
+    for text in ["31, 0", "0.6 m", "1.94 0 0.25", "255 0 137", "in the picture at 1/4:"] {
         assert!(window.query_by_label_contains(text).is_some(), "{text} is not shown");
     }
     for name in ["Neighbourhood", "Luminance histogram", "CoC histogram"] {

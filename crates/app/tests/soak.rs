@@ -62,7 +62,9 @@ impl Random {
 fn is_for_here(action: &Action) -> bool {
     match action {
         Action::OpenNamed(name) => name == "forest" || name.ends_with("squares.glb") || name.ends_with(".ron"),
-        Action::SaveReport => false,
+        Action::SaveReport | Action::FiguresForPaper => false,
+        // Scenes and pictures of other sizes.
+        Action::Lesson(_) | Action::StepLesson(_) | Action::ScaleScene(_) => false,
         Action::SetSize(size) => *size == PictureSize::Window,
         _ => true,
     }

@@ -289,7 +289,7 @@ fn plot(advice: &Advice) -> String {
                 Some(found) => found.points.push(point),
                 None => {
                     let style = all.iter().position(|other| other.about().id == m.method).unwrap_or(0);
-                    series.push(Series { name: m.method.into(), style, points: vec![point] });
+                    series.push(Series { name: m.method.into(), style, points: vec![point], markers: true });
                 }
             }
         }

@@ -3,6 +3,7 @@
 use super::compare::GoodEnough;
 use super::results::{CompareJson, ResultJson};
 use super::{Comparison, MethodResult, StudyError, Truth};
+use super::{curves, table};
 use crate::metrics::{self, Visibility};
 use askama::Template;
 use base64::Engine;
@@ -124,6 +125,9 @@ struct Page<'a> {
     abs_error_white: f32,
     jod_white: f32,
     good_enough: Option<String>,
+    plot: Option<String>,
+    csv: String,
+    numbers: String,
     bounds: [&'static str; 4],
 }
 
@@ -141,12 +145,16 @@ struct Column {
 struct Row {
     title: &'static str,
     id: &'static str,
+    /// Whether it is by the method that the reference is by.
+    is_reference: bool,
     verdict: Option<Verdict>,
     cells: Vec<Cell>,
 }
 
 struct Cell {
     text: String,
+    /// The number by which rows are sorted; empty without.
+    value: String,
     best: bool,
 }
 
@@ -260,6 +268,9 @@ pub fn html(input: &ReportInput<'_>) -> std::io::Result<String> {
         viridis: gradient(ColorMap::Viridis),
         abs_error_white: ABS_ERROR_WHITE,
         jod_white: 10.0 * JOD_MAP_WHITE,
+        plot: curves::error_plot(input.json).map(|plot| plot.svg()),
+        csv: download("text/csv", table::csv([input.json]).map_err(std::io::Error::other)?.as_bytes()),
+        numbers: download("application/json", &serde_json::to_vec_pretty(input.json)?),
         good_enough: input.json.good_enough.as_ref().map(|found| good_enough_in_words(found, input.json)),
         bounds: Visibility::ALL.map(Visibility::why),
     };
@@ -304,8 +315,10 @@ fn eye_in_words(eye: &Eye) -> String {
 
 fn rows(input: &ReportInput<'_>, measures: &[Measure]) -> Vec<Row> {
     let results = &input.json.results;
+    // Neither the picture without blur nor the reference itself is the best of anything.
+    let is_judged = |r: &ResultJson| r.method != "pinhole" && !curves::is_reference(input.json, r);
     let best = |measure: &Measure| {
-        let values = results.iter().filter(|r| r.method != "pinhole").filter_map(measure.value);
+        let values = results.iter().filter(|r| is_judged(r)).filter_map(measure.value);
         if measure.more_is_better { values.reduce(f64::max) } else { values.reduce(f64::min) }
     };
     let best: Vec<Option<f64>> = measures.iter().map(best).collect();
@@ -318,16 +331,20 @@ fn rows(input: &ReportInput<'_>, measures: &[Measure]) -> Vec<Row> {
                 None if identical => "identical".into(),
                 None => "–".into(),
             };
-            Cell { text, best: value.is_some() && value == *best && json.method != "pinhole" }
+            let best = value.is_some() && value == *best && is_judged(json);
+            Cell { text, value: value.map_or_else(String::new, |v| v.to_string()), best }
         };
         Row {
             title: result.title,
             id: result.method,
+            is_reference: curves::is_reference(input.json, json),
             verdict: Verdict::of(json),
             cells: measures.iter().zip(&best).map(cell).collect(),
         }
     };
-    results.iter().zip(&input.comparison.results).map(row).collect()
+    let mut rows: Vec<Row> = results.iter().zip(&input.comparison.results).map(row).collect();
+    rows.sort_by_key(|row| row.is_reference);
+    rows
 }
 
 /// Which method is good enough, in a sentence.
@@ -371,12 +388,17 @@ fn card(result: &MethodResult, images: &MethodImages, json: &ResultJson) -> std:
     })
 }
 
+/// A file within the page.
+fn download(kind: &str, bytes: &[u8]) -> String {
+    format!("data:{kind};base64,{}", base64::engine::general_purpose::STANDARD.encode(bytes))
+}
+
 fn data_uri(image: &Image<[u8; 3]>) -> std::io::Result<String> {
     let mut png = Vec::new();
     image::codecs::png::PngEncoder::new(&mut png)
         .write_image(image.pixels.as_flattened(), image.size.x, image.size.y, ExtendedColorType::Rgb8)
         .map_err(std::io::Error::other)?;
-    Ok(format!("data:image/png;base64,{}", base64::engine::general_purpose::STANDARD.encode(png)))
+    Ok(download("image/png", &png))
 }
 
 /// A colour map as stops of a CSS gradient.

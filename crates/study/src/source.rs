@@ -3,6 +3,7 @@
 
 use crate::builtin;
 use crate::gauntlet;
+use crate::scale::{SCENE_SCALE, scaled};
 use defocus::gpu::Gpu;
 use defocus::image::{DepthImage, Image};
 use defocus::lens::{Lens, MM_PER_M};
@@ -33,7 +34,7 @@ const DEFAULT_MAX_COC_PER_HEIGHT: f64 = 1.0 / 12.0;
 /// Extensions of the images that are read, lower case.
 pub const IMAGE_EXTENSIONS: &[&str] = &["bmp", "exr", "hdr", "jpeg", "jpg", "pfm", "png", "tif", "tiff", "webp"];
 
-/// How to read an image with depth; without meaning for scenes.
+/// How to read an image with depth, and in which unit a scene's lengths are.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct DepthArgs {
     /// The depth file; `None` where the image carries its own depth.
@@ -50,11 +51,22 @@ pub struct DepthArgs {
     /// calibration, or [`DEFAULT_IMAGE_FOV_Y`].
     #[serde(default)]
     pub fov_y: Option<f64>,
+    /// Metres in a unit of length of a scene's file, such as 0.01 for centimetres; `None` for
+    /// metres, as glTF says. Without meaning for images.
+    #[serde(default)]
+    pub scene_scale: Option<f64>,
 }
 
 impl Default for DepthArgs {
     fn default() -> Self {
-        Self { file: None, encoding: DepthEncoding::METRES, layer: None, depth_layer: None, fov_y: None }
+        Self {
+            file: None,
+            encoding: DepthEncoding::METRES,
+            layer: None,
+            depth_layer: None,
+            fov_y: None,
+            scene_scale: None,
+        }
     }
 }
 
@@ -95,6 +107,12 @@ pub enum SourceError {
         /// What was given.
         spec: String,
     },
+    /// A unit of length that no file has.
+    #[error("a scene scale of {factor} is none: give the metres in a unit of the file, from {} to {}", SCENE_SCALE.start(), SCENE_SCALE.end())]
+    SceneScale {
+        /// What was given.
+        factor: f64,
+    },
     /// A camera that the scene does not have.
     #[error("{scene} has no camera '{}'; it has {known} (numbers from 0 are accepted too)", given.escape_debug())]
     NoSuchCamera {
@@ -124,6 +142,15 @@ impl Source {
     ///
     /// Those of the loaders, an unknown name or kind of file, a depth file beside a scene.
     pub fn open(spec: &str, depth: &DepthArgs) -> Result<Self, SourceError> {
+        let source = Self::open_as_it_is(spec, depth)?;
+        match (depth.scene_scale, &source) {
+            (Some(factor), _) if !SCENE_SCALE.contains(&factor) => Err(SourceError::SceneScale { factor }),
+            (Some(factor), Self::Scene(scene)) if factor != 1.0 => Ok(Self::Scene(Arc::new(scaled(scene, factor)))),
+            _ => Ok(source),
+        }
+    }
+
+    fn open_as_it_is(spec: &str, depth: &DepthArgs) -> Result<Self, SourceError> {
         let path = Path::new(spec);
         let builtin = builtin::builtin(spec);
         let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();

@@ -8,7 +8,7 @@ pub use passes::{Draw, Pass};
 pub(crate) use targets::attachment;
 pub use targets::{Blend, Target};
 pub(super) use timing::MAX_TIMESTAMPS;
-pub use timing::{PassTime, Timings};
+pub use timing::{PassTime, Timings, WHOLE_FRAME};
 
 use super::arena::{Arena, Piece};
 use super::bind_groups::Resource;

@@ -27,7 +27,7 @@ pub(super) fn resolve(
 }
 
 /// Label of the one time that is known of a frame without timestamps.
-const WHOLE_FRAME: &str = "whole frame";
+pub const WHOLE_FRAME: &str = "whole frame";
 
 /// GPU time of a pass.
 #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize)]

@@ -31,6 +31,9 @@ pub struct SceneOptions {
     /// millimetres [default: 1]
     #[arg(long, value_name = "METRES", allow_hyphen_values = true)]
     pub depth_scale: Option<f64>,
+    /// Metres in a unit of length of a scene's file, such as 0.01 for centimetres [default: 1]
+    #[arg(long, value_name = "METRES")]
+    pub scene_scale: Option<f64>,
     /// The number that means "not measured"
     #[arg(long, value_name = "VALUE", allow_hyphen_values = true)]
     pub depth_unknown: Option<f32>,

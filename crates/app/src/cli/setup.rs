@@ -203,7 +203,8 @@ fn depth_args(options: &SceneOptions, fov: FieldOfView) -> anyhow::Result<DepthA
         FieldOfView::Camera | FieldOfView::Display => None,
     };
     let (layer, depth_layer) = (options.layer.clone(), options.depth_layer.clone());
-    Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y })
+    let scene_scale = options.scene_scale;
+    Ok(DepthArgs { file: options.depth.clone(), encoding, layer, depth_layer, fov_y, scene_scale })
 }
 
 /// What is said about the lens, with what follows from the display.

@@ -1,216 +1,35 @@
-//! Everything that can be done by a name: menus, keys and the command palette share it.
+//! Does what is chosen in menus, by keys and in the command palette.
 
 use super::App;
-use super::model::FocusMode;
-use super::model::PictureKind;
-use super::model::PictureSize;
-use super::model::Theme;
+use super::action::{Action, Command};
+use super::commands::NUMBERS;
 use super::model::state;
-use super::model::{Arrangement, Inside, MethodChoice, PaneId, Show};
+use super::model::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
+use defocus::lens::Lens;
 use defocus::presets::presets;
-use defocus::stereo::{Layout, Stereo};
-use defocus::{lens::Lens, methods};
-use defocus_study::builtin;
-use eframe::egui::{Context, Event, Key, KeyboardShortcut, Modifiers};
-
-/// Something to do.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Action {
-    /// Ask for a scene, an image or a state.
-    Open,
-    /// Open what this names.
-    OpenNamed(String),
-    /// Ask for a file to keep the state in.
-    SaveState,
-    /// Ask for a file for a pane's picture.
-    SavePicture(PaneId, PictureKind),
-    /// Ask for a file for the comparison of all panes.
-    SaveReport,
-    /// A pane's picture to the clipboard.
-    CopyImage(PaneId),
-    /// The command line that makes this picture to the clipboard.
-    CopyCommand,
-    /// Take back the last change.
-    Undo,
-    /// Make it again.
-    Redo,
-    /// Show or hide the command palette.
-    Palette,
-    /// Show or hide the sheet of keys.
-    Help,
-    /// One more pane.
-    AddPane,
-    /// A copy of a pane.
-    Duplicate(PaneId),
-    /// Take a pane away.
-    ClosePane(PaneId),
-    /// Two panes side by side: another one and the truth.
-    Compare,
-    /// How panes lie.
-    Arrange(Arrangement),
-    /// All panes side by side and the same size.
-    ResetPanes,
-    /// Make a pane A.
-    ChooseA(PaneId),
-    /// Make a pane B.
-    ChooseB(PaneId),
-    /// Exchange A and B.
-    Swap,
-    /// Give a pane a method.
-    SetMethod(PaneId, String),
-    /// All parameters of a pane's method as they were.
-    ResetParams(PaneId),
-    /// What a pane shows, by its place in the list.
-    SetShow(PaneId, usize),
-    /// Show what a pane's method tells of each pixel.
-    LookInside(PaneId, Inside),
-    /// Time the passes of pane A's method.
-    TimePasses,
-    /// Figures also without a pane that shows the reference.
-    Measure,
-    /// The whole picture, or pixel for pixel.
-    ToggleZoom,
-    /// This magnification.
-    ZoomTo(f32),
-    /// How large the picture is.
-    SetSize(PictureSize),
-    /// The camera as the scene has it.
-    ResetCamera,
-    /// A lens by its preset's name.
-    SetLens(String),
-    /// A lens that suits the scene.
-    SuitLens,
-    /// What decides where the lens is focused.
-    SetFocusMode(FocusMode),
-    /// Two eyes' pictures shown this way; one eye without.
-    SetStereo(Option<Layout>),
-    /// Light, dark, or as the system has it.
-    SetTheme(Theme),
-    /// Read shaders again whenever one is saved.
-    WatchShaders,
-}
-
-/// An action with its name for people.
-pub struct Command {
-    /// What it is called.
-    pub name: String,
-    /// The keys that do it.
-    pub keys: Option<KeyboardShortcut>,
-    /// What it does.
-    pub action: Action,
-}
-
-const fn plain(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::NONE, key))
-}
-
-const fn ctrl(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::COMMAND, key))
-}
-
-const fn ctrl_shift(key: Key) -> Option<KeyboardShortcut> {
-    Some(KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), key))
-}
-
-const NUMBERS: [Key; 6] = [Key::Num1, Key::Num2, Key::Num3, Key::Num4, Key::Num5, Key::Num6];
+use defocus::stereo::Stereo;
+use eframe::egui::{Context, Event, FocusDirection, Key, KeyboardShortcut, Modifiers};
 
 impl App {
-    /// Everything that can be done now; those with keys first.
-    pub fn commands(&self) -> Vec<Command> {
-        let a = self.document.a;
-        let command = |name: &str, keys, action| Command { name: name.into(), keys, action };
-        let coc = if self.document.pane(a).is_some_and(|p| p.show == Show::Coc) { 0 } else { 1 };
-        let mut commands = vec![
-            command("Open scene, image or state…", ctrl(Key::O), Action::Open),
-            command("Save state…", ctrl(Key::S), Action::SaveState),
-            command("Save picture as PNG…", ctrl(Key::E), Action::SavePicture(a, PictureKind::Png)),
-            command("Save picture as EXR…", ctrl_shift(Key::E), Action::SavePicture(a, PictureKind::Exr)),
-            command("Save comparison as HTML…", ctrl(Key::R), Action::SaveReport),
-            command("Copy image", ctrl(Key::C), Action::CopyImage(a)),
-            command("Copy as command", ctrl_shift(Key::K), Action::CopyCommand),
-            command("Undo", ctrl(Key::Z), Action::Undo),
-            command("Redo", ctrl_shift(Key::Z), Action::Redo),
-            command("Command palette", ctrl(Key::P), Action::Palette),
-            command("Keys and mouse", None, Action::Help),
-            command("Compare with the reference", plain(Key::V), Action::Compare),
-            command("Add pane", plain(Key::N), Action::AddPane),
-            command("Close pane A", plain(Key::Delete), Action::ClosePane(a)),
-            command("Next arrangement: one, wipe, tiles", plain(Key::T), Action::Arrange(self.next_arrangement())),
-            command("Swap panes A and B", plain(Key::X), Action::Swap),
-            command("Circle of confusion", plain(Key::C), Action::SetShow(a, coc)),
-            command("Fit picture or pixel for pixel", plain(Key::Z), Action::ToggleZoom),
-            command("Camera as the scene has it", plain(Key::R), Action::ResetCamera),
-            command("Figures against the reference", plain(Key::M), Action::Measure),
-        ];
-        for (pane, key) in self.document.panes.iter().zip(NUMBERS) {
-            let number = self.document.index_of(pane.id).map_or(0, |i| i + 1);
-            let title = pane.method.title();
-            commands.push(command(&format!("Pane {number} as A: {title}"), plain(key), Action::ChooseA(pane.id)));
-            let shift = Some(KeyboardShortcut::new(Modifiers::SHIFT, key));
-            commands.push(command(&format!("Pane {number} as B: {title}"), shift, Action::ChooseB(pane.id)));
-        }
-        commands.extend(self.further_commands());
-        commands
-    }
-
-    /// What has no keys of its own.
-    fn further_commands(&self) -> Vec<Command> {
-        let a = self.document.a;
-        let command = |name: String, action| Command { name, keys: None, action };
-        let mut commands = vec![
-            command("Even panes".into(), Action::ResetPanes),
-            command("Duplicate pane A".into(), Action::Duplicate(a)),
-            command("Default parameters of pane A".into(), Action::ResetParams(a)),
-            command("Lens that suits the scene".into(), Action::SuitLens),
-            command("Reload shaders on save".into(), Action::WatchShaders),
-            command("Time the passes of pane A".into(), Action::TimePasses),
-        ];
-        let arrangements = Arrangement::ALL.iter();
-        commands
-            .extend(arrangements.map(|(to, name, _)| command(format!("Arrangement: {name}"), Action::Arrange(*to))));
-        let zooms = [1.0, 2.0, 4.0, 8.0, 16.0];
-        commands.extend(zooms.map(|zoom| command(format!("Zoom {}00 %", zoom as u32), Action::ZoomTo(zoom))));
-        let sizes = PictureSize::offered().into_iter();
-        commands.extend(sizes.map(|(name, size)| command(format!("Picture size: {name}"), Action::SetSize(size))));
-        let shows = Show::NAMES.iter().enumerate();
-        commands.extend(shows.map(|(i, name)| command(format!("Show: {name}"), Action::SetShow(a, i))));
-        let overlays = self.document.pane(a).map_or_else(Vec::new, |pane| Inside::overlays(&pane.method));
-        let overlay = |(name, inside)| command(format!("Overlay: {name}"), Action::LookInside(a, inside));
-        commands.extend(overlays.into_iter().map(overlay));
-        let about = methods::all().into_iter().map(|m| m.about());
-        commands.extend(about.map(|m| command(format!("Method: {}", m.title), Action::SetMethod(a, m.id.into()))));
-        let scenes = builtin::all().iter().map(|b| b.name).chain(builtin::pictures().iter().map(|p| p.name));
-        commands.extend(scenes.map(|name| command(format!("Scene: {name}"), Action::OpenNamed(name.into()))));
-        let lenses = presets().into_iter().chain(self.preferences.own_lenses.iter().cloned());
-        commands.extend(lenses.map(|p| command(format!("Lens: {}, {}", p.name, p.title), Action::SetLens(p.name))));
-        let modes = FocusMode::ALL.iter();
-        commands.extend(modes.map(|(mode, name, _)| command(format!("Focus: {name}"), Action::SetFocusMode(*mode))));
-        let layouts = Layout::ALL.iter().map(|(layout, name)| (format!("Stereo: {name}"), Some(*layout)));
-        let layouts = layouts.chain([("Stereo: off".to_owned(), None)]);
-        commands.extend(layouts.map(|(name, layout)| command(name, Action::SetStereo(layout))));
-        let recent = self.preferences.recent.iter().map(|file| file.to_string_lossy().into_owned());
-        commands.extend(recent.map(|file| command(format!("Recent: {file}"), Action::OpenNamed(file))));
-        let themes = [("as the system has it", Theme::System), ("light", Theme::Light), ("dark", Theme::Dark)];
-        commands.extend(themes.map(|(name, theme)| command(format!("Theme: {name}"), Action::SetTheme(theme))));
-        commands
-    }
-
-    fn next_arrangement(&self) -> Arrangement {
-        match self.document.arrangement {
-            Arrangement::One => Arrangement::Wipe,
-            Arrangement::Wipe => Arrangement::Tiles,
-            Arrangement::Tiles => Arrangement::One,
-        }
-    }
-
     /// Does it.
     pub fn perform(&mut self, ctx: &Context, action: Action) {
         match action {
             Action::Open => self.dialogs.open(ctx),
             Action::OpenNamed(name) => self.open_anything(ctx, &name),
             Action::SaveState => self.dialogs.save_state(ctx, &self.document),
-            Action::SavePicture(id, kind) => self.dialogs.save_picture(ctx, &self.document, id, kind),
+            Action::SavePicture(id, kind) => {
+                let size = self.size_to_enlarge(id);
+                self.dialogs.save_picture(ctx, &self.document, (id, kind), size);
+            }
+            Action::ScaleScene(metres) => self.scale_scene(ctx, metres),
             Action::SaveReport => self.dialogs.save_report(ctx, &self.document),
+            Action::FiguresForPaper => self.ask_for_paper(),
+            Action::SaveNumbers(numbers) => self.dialogs.save_numbers(ctx, &self.document, numbers),
+            Action::Batch => self.toggle_batch(),
+            Action::Story => {
+                self.preferences.panels_hidden = false;
+                self.inspector.toggle_story();
+            }
             Action::CopyImage(id) => self.copy_image(ctx, id),
             Action::CopyCommand => {
                 ctx.copy_text(state::command_text(&self.document, self.eye_size_px()));
@@ -234,6 +53,14 @@ impl App {
                 let known = self.document.stereo.unwrap_or_default();
                 self.document.stereo = layout.map(|layout| Stereo { layout, ..known });
             }
+            Action::TogglePanels
+            | Action::ToggleFullScreen
+            | Action::ScaleInterface(_)
+            | Action::NudgeAperture(_)
+            | Action::NudgeFocus(_)
+            | Action::Lesson(_)
+            | Action::StepLesson(_)
+            | Action::EndLesson => self.perform_for_class(ctx, action),
             action => self.change_panes(action),
         }
     }
@@ -263,6 +90,14 @@ impl App {
                 }
                 document.arrangement = Arrangement::Tiles;
             }
+            Action::CompareBuilds(id) => {
+                if let Some(state) = document.pane(id).cloned()
+                    && let Some(copy) = document.add_pane(MethodChoice { as_built: true, ..state.method })
+                {
+                    (document.a, document.b, document.arrangement) = (id, copy, Arrangement::Tiles);
+                    self.preferences.reload_shaders = true;
+                }
+            }
             Action::ClosePane(id) => document.close_pane(id),
             Action::Arrange(arrangement) => document.arrangement = arrangement,
             Action::ResetPanes => (document.tiles, document.arrangement) = (None, Arrangement::Tiles),
@@ -279,7 +114,9 @@ impl App {
             Action::SetMethod(id, method) => {
                 if let Some(pane) = document.pane_mut(id) {
                     let reference = method == "accumulation";
+                    let as_built = pane.method.as_built;
                     pane.method = if reference { MethodChoice::reference() } else { MethodChoice::new(&method) };
+                    pane.method.as_built = as_built;
                     // What the new method has too stays in sight.
                     let known = Inside::overlays(&pane.method);
                     if let Show::Inside(inside) = &mut pane.show
@@ -291,7 +128,7 @@ impl App {
             }
             Action::ResetParams(id) => {
                 if let Some(pane) = document.pane_mut(id) {
-                    pane.method = MethodChoice::new(&pane.method.id);
+                    pane.method = MethodChoice { as_built: pane.method.as_built, ..MethodChoice::new(&pane.method.id) };
                 }
             }
             Action::SetShow(id, index) => self.set_show(id, index, is_scene),
@@ -306,7 +143,7 @@ impl App {
 
     fn set_show(&mut self, id: PaneId, index: usize, is_scene: bool) {
         let document = &mut self.document;
-        let other = |document: &super::model::Document| {
+        let other = |document: &Document| {
             let slots = [document.reference(), Some(document.a), Some(document.b)];
             slots.into_iter().flatten().find(|o| *o != id)
         };
@@ -334,8 +171,7 @@ impl App {
     /// Does what the pressed keys stand for.
     pub(super) fn keys(&mut self, ctx: &Context) {
         if ctx.input(|i| i.key_pressed(Key::Escape)) {
-            self.messages.dismiss();
-            self.give_up_loading();
+            self.escape(ctx);
         }
         // While something is typed, only what is pressed together with Ctrl is for us; what
         // the text field itself takes (copy, undo) stays its own.
@@ -349,7 +185,9 @@ impl App {
             if typing && (!keys.modifiers.command || is_texts_own) {
                 continue;
             }
-            if ctx.input_mut(|i| i.consume_shortcut(&keys)) {
+            if keys.logical_key == Key::Tab {
+                self.panels_key(ctx, &keys, action);
+            } else if ctx.input_mut(|i| i.consume_shortcut(&keys)) {
                 self.perform(ctx, action);
             }
         }
@@ -357,6 +195,39 @@ impl App {
             self.special_keys(ctx);
         }
         self.viewport.set_blinking(!typing && ctx.input(|i| i.key_down(Key::B) && i.modifiers.is_none()));
+    }
+
+    /// Escape ends what is on top: a message, what is being opened, full screen, a lesson.
+    fn escape(&mut self, ctx: &Context) {
+        let is_asked = self.is_asking() || self.help;
+        let is_busy = self.loader.loading().is_some() || self.messages.has_any();
+        self.messages.dismiss();
+        self.give_up_loading();
+        self.help = false;
+        if is_asked || is_busy {
+            return;
+        }
+        if ctx.input(|i| i.viewport().fullscreen.unwrap_or(false)) {
+            self.perform(ctx, Action::ToggleFullScreen);
+        } else if self.lessons.is_on() {
+            self.perform(ctx, Action::EndLesson);
+        }
+    }
+
+    /// Whether something is being asked in a window of its own.
+    fn is_asking(&self) -> bool {
+        self.dialogs.is_open() || self.palette.is_open() || self.paper.is_open()
+    }
+
+    /// Tab goes from field to field where one has the focus; where none has, it hides or shows
+    /// the panels.
+    fn panels_key(&mut self, ctx: &Context, keys: &KeyboardShortcut, action: Action) {
+        let is_free = ctx.memory(|memory| memory.focused().is_none()) && !self.is_asking();
+        if is_free && ctx.input_mut(|i| i.consume_shortcut(keys)) {
+            // The interface has seen the key before and would give the focus to its first field.
+            ctx.memory_mut(|memory| memory.move_focus(FocusDirection::None));
+            self.perform(ctx, action);
+        }
     }
 
     /// Keys that arrive in another form than a shortcut.

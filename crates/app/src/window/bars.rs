@@ -1,11 +1,13 @@
 //! The bar above the panes and the line below them.
 
-use super::actions::Action;
+use super::action::Action;
+use super::dialogs::Numbers;
 use super::model::Arrangement;
 use super::model::PictureKind;
 use super::model::Theme;
 use super::model::numbers::significant;
-use super::ui::panels::refresh_text;
+use super::model::{LESSONS, UI_SCALES, scale_name};
+use super::ui::panels::{distance_text, refresh_text};
 use super::ui::widgets::combo;
 use super::{App, MAX_PANES};
 use defocus_study::builtin;
@@ -13,10 +15,13 @@ use eframe::egui::{self, Align, Button, Label, Layout, Panel, RichText, Ui};
 
 /// Width from which the bar fits into one row, points; two rows fit into the least width of
 /// the window.
-const ONE_ROW: f32 = 880.0;
+const ONE_ROW: f32 = 1030.0;
+
+/// Width of the lists of scenes and cameras, points: the built-in names have room.
+const SCENES: f32 = 104.0;
 
 /// Width of the list of cameras with its name, points.
-const CAMERAS: f32 = 160.0;
+const CAMERAS: f32 = 180.0;
 
 impl App {
     /// File, scene and camera; the panes; undo; what is rarely needed at the right.
@@ -44,6 +49,9 @@ impl App {
 
     fn left_end(&mut self, ui: &mut Ui) {
         ui.menu_button("File", |ui| self.file_menu(ui)).response.on_hover_text("Open and save");
+        let help = "Full screen, the picture alone, size of the interface";
+        ui.menu_button("View", |ui| self.view_menu(ui)).response.on_hover_text(help);
+        ui.menu_button("Lessons", |ui| self.lessons_menu(ui)).response.on_hover_text("The findings, one by one");
         self.scene_list(ui);
         self.camera_list(ui);
     }
@@ -83,9 +91,53 @@ impl App {
         self.entry(ui, "Save picture as PNG…", Action::SavePicture(a, PictureKind::Png));
         self.entry(ui, "Save picture as EXR…", Action::SavePicture(a, PictureKind::Exr));
         self.entry(ui, "Save comparison as HTML…", Action::SaveReport);
+        self.entry(ui, "Figures for a paper…", Action::FiguresForPaper);
+        ui.menu_button("Save numbers", |ui| {
+            self.entry(ui, "Figures as CSV…", Action::SaveNumbers(Numbers::FiguresCsv));
+            self.entry(ui, "Figures as JSON with the state…", Action::SaveNumbers(Numbers::FiguresJson));
+            self.entry(ui, "CoC against depth as CSV…", Action::SaveNumbers(Numbers::Coc));
+        });
+        self.entry(ui, "Batch…", Action::Batch);
         ui.separator();
         self.entry(ui, "Copy image", Action::CopyImage(a));
         self.entry(ui, "Copy as command", Action::CopyCommand);
+    }
+
+    fn view_menu(&mut self, ui: &mut Ui) {
+        self.entry(ui, "Full screen", Action::ToggleFullScreen);
+        self.entry(ui, "Hide the panels", Action::TogglePanels);
+        ui.separator();
+        let has_messages = self.messages.told().next().is_some();
+        ui.add_enabled_ui(has_messages, |ui| {
+            ui.menu_button("Messages", |ui| self.messages_menu(ui));
+        });
+        ui.separator();
+        let now = ui.ctx().zoom_factor();
+        for scale in UI_SCALES {
+            let name = scale_name(scale);
+            if ui.selectable_label((now - scale).abs() < 0.01, name).clicked() {
+                self.perform(ui.ctx(), Action::ScaleInterface(scale));
+                ui.close();
+            }
+        }
+    }
+
+    /// What was told before: a message that has gone can be read again, and copied.
+    fn messages_menu(&mut self, ui: &mut Ui) {
+        ui.set_max_width(420.0);
+        for text in self.messages.told() {
+            let button = ui.add(Button::new(text).wrap());
+            if button.on_hover_text("Copies it").clicked() {
+                ui.ctx().copy_text(text.to_owned());
+                ui.close();
+            }
+        }
+    }
+
+    fn lessons_menu(&mut self, ui: &mut Ui) {
+        for (index, lesson) in LESSONS.iter().enumerate() {
+            self.entry(ui, &format!("{}: {}", index + 1, lesson.title), Action::Lesson(index));
+        }
     }
 
     fn entry(&mut self, ui: &mut Ui, name: &str, action: Action) {
@@ -113,7 +165,7 @@ impl App {
         let before = chosen;
         let label = ui.label("Scene");
         let notes = self.engine.source().map(|s| s.source().notes().join("\n\n")).filter(|n| !n.is_empty());
-        let list = combo(ui, "scene", &mut chosen, &names, 84.0).labelled_by(label.id);
+        let list = combo(ui, "scene", &mut chosen, &names, SCENES).labelled_by(label.id);
         if let Some(notes) = notes {
             list.on_hover_text(notes);
         }
@@ -133,7 +185,7 @@ impl App {
         if names.len() > 1 {
             let before = chosen;
             let label = ui.label("Camera");
-            combo(ui, "camera", &mut chosen, &names, 84.0).labelled_by(label.id);
+            combo(ui, "camera", &mut chosen, &names, SCENES).labelled_by(label.id);
             if chosen != before {
                 self.choose_camera(chosen);
             }
@@ -162,7 +214,7 @@ impl App {
                     self.perform(&ctx, Action::Arrange(arrangement));
                 }
             }
-            if ui.button("Even").on_hover_text("All panes side by side and the same size").clicked() {
+            if ui.button("Even").on_hover_text("All panes side by side and about the same size").clicked() {
                 self.perform(&ctx, Action::ResetPanes);
             }
         });
@@ -218,14 +270,15 @@ impl App {
                 }
                 if lens.check().is_ok() {
                     let (near, far) = lens.depth_of_field_m(f64::from(self.document.acceptable_coc_px));
-                    let range = format!("{} – {} m", significant(near), significant(far));
+                    let range = format!("{} – {}", distance_text(near), distance_text(far));
                     let help =
                         format!("Depths with a circle of confusion up to {} px", self.document.acceptable_coc_px);
                     item(ui, "sharp", &range, &help);
                 }
                 if let Some(ms) = self.both_eyes_ms() {
                     let each = significant(ms);
-                    let help = format!("Pane A's method takes {each} ms for the two eyes of a headset");
+                    let (w, h) = (size.x, size.y);
+                    let help = format!("Pane A's method takes {each} ms for the two eyes of a headset at {w} x {h} px each; Stereo and headsets gives the picture a headset's size");
                     item(ui, "two eyes", &refresh_text(ms), &help);
                 } else if self.engine.gpu().is_software() {
                     let help =

@@ -1,7 +1,7 @@
 //! The panel with what can be set.
 
 use super::App;
-use super::actions::Action;
+use super::action::Action;
 use super::engine::PassTimes;
 use super::model::Navigation;
 use super::model::aperture_limit;
@@ -9,17 +9,17 @@ use super::model::{DEFAULT_OPACITY, Document, MethodChoice, Show};
 use super::model::{GREATEST_SIDE_PX, LEAST_SIDE_PX, PictureSize};
 use super::ui::panels::fit_slider;
 use super::ui::panels::{
-    ApertureChange, EyeSettings, Field, LensChanges, LensReadings, VrReadings, aperture_panel, eye_panel, focus_panel,
-    same_but_focus, vr_panel,
+    ApertureChange, EyeSettings, Field, LensChanges, LensReadings, OPTICS, VrAction, VrReadings, aperture_panel,
+    eye_panel, focus_panel, same_but_focus, vr_panel,
 };
 use super::ui::style::NAME_WIDTH;
-use super::ui::widgets::{self, choice, number_of};
+use super::ui::widgets::{self, choice, group, number_of, revealed};
 use super::ui::{style, timing};
 use defocus::combine;
 use defocus::display::ToneMap;
 use defocus::methods::{self, Method};
 use defocus::presets::presets;
-use eframe::egui::{self, CollapsingHeader, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
+use eframe::egui::{self, Panel, RichText, ScrollArea, Ui, UiBuilder, vec2};
 use glam::UVec2;
 use std::ops::RangeInclusive;
 
@@ -38,14 +38,15 @@ impl App {
                 self.eye_group(ui);
                 self.focus_group(ui);
                 self.method_group(ui);
-                group(ui, "View", true, |ui| {
+                group(ui, "View", self.is_open_at_first("View"), |ui| {
                     self.size_rows(ui);
                     self.view_group(ui);
                 });
                 self.inspector.close();
-                group(ui, "Inspector", false, |ui| self.inspector(ui));
+                let reveal = self.inspector.take_reveal();
+                revealed(ui, "Inspector", false, reveal, |ui| self.inspector(ui));
                 self.vr_group(ui);
-                group(ui, "Timing", true, |ui| self.timing_group(ui));
+                group(ui, "Timing", self.is_open_at_first("Timing"), |ui| self.timing_group(ui));
                 ui.add_space(8.0);
                 let height = ui.min_rect().height();
                 outside.allocate_space(vec2(outside.available_width(), height));
@@ -53,11 +54,17 @@ impl App {
         });
     }
 
+    /// Whether a part of the panel is unfolded until somebody folds it, which is remembered.
+    fn is_open_at_first(&self, title: &str) -> bool {
+        self.preferences.open_groups.iter().any(|open| open == title)
+    }
+
     fn lens_group(&mut self, ui: &mut Ui) {
         let size_px = self.eye_size_px();
         let is_scene = self.engine.source().is_some_and(|s| s.source().is_scene());
         let fov_x = self.engine.view().map(|view| view.projection().fov_x());
         let acceptable_px = f64::from(self.document.acceptable_coc_px);
+        self.lens_panel.optics_folded = !self.is_open_at_first(OPTICS);
         let (lens, automatic) = (&mut self.document.lens, self.document.automatic_lens);
         let (panel, preferences) = (&mut self.lens_panel, &mut self.preferences);
         (panel.unit, panel.display_by_view) = (preferences.distance_unit, preferences.display_by_view);
@@ -176,13 +183,15 @@ impl App {
             is_scene: self.engine.source().is_some_and(|s| s.source().is_scene()),
             focal_px: self.engine.view().map(|view| view.projection().focal_px),
             focus_m: self.document.lens.focus_distance_m,
+            size_px: self.eye_size_px(),
         };
+        let mut action = None;
         group(ui, "Stereo and headsets", false, |ui| {
-            if let Some(lens) = vr_panel(ui, &mut self.document.stereo, &self.document.lens, readings) {
-                self.document.lens = lens;
-                self.document.automatic_lens = false;
-            }
+            action = vr_panel(ui, &mut self.document.stereo, &self.document.lens, readings);
         });
+        if let Some(VrAction::PictureSize(width, height)) = action {
+            self.resize_picture(PictureSize::Pixels(width, height));
+        }
     }
 
     /// The parameters of pane A's method.
@@ -347,15 +356,6 @@ fn overlay_opacity(ui: &mut Ui, opacity: &mut f32) {
     if field.show(ui, &mut percent) {
         *opacity = (0.01 * percent).clamp(0.0, 1.0) as f32;
     }
-}
-
-fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) -> R) {
-    let id = title.split(':').next().unwrap_or(title).to_owned();
-    CollapsingHeader::new(RichText::new(title).strong()).id_salt(id).default_open(open).show_unindented(ui, |ui| {
-        ui.add_space(2.0);
-        add(ui);
-        ui.add_space(6.0);
-    });
 }
 
 /// The switch of a method whose defaults go beyond what its source published: on, it is exactly

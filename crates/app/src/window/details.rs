@@ -30,6 +30,18 @@ pub fn difference_row(ui: &mut Ui, id: PaneId, difference: &mut Difference, othe
     }
 }
 
+/// Greatest width of the list of textures, points: the longest name has room.
+const TEXTURE_WIDTH: f32 = 260.0;
+
+/// Width of a level's or layer's number with its gap, points.
+const SLICE_WIDTH: f32 = 68.0;
+
+/// Width of the opacity with its gap, points.
+const OPACITY_WIDTH: f32 = 108.0;
+
+/// Least width of the list of channels with its gaps, points.
+const CHANNEL_WIDTH: f32 = 132.0;
+
 /// A texture that a method exposes.
 pub struct Exposed {
     /// Its name.
@@ -53,7 +65,7 @@ pub fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, opacity: &mut f3
     let names: Vec<&str> = exposed.iter().map(|e| e.name.as_str()).collect();
     let before = exposed.iter().position(|e| e.name == inside.name).unwrap_or(0);
     let mut chosen = before;
-    let width = (ui.available_width() - 320.0).clamp(50.0, 190.0);
+    let width = (ui.available_width() - beside_texture(&exposed[before])).clamp(50.0, TEXTURE_WIDTH);
     let list = combo(ui, &format!("inside {id}"), &mut chosen, &names, width);
     list.accessible_name(format!("Texture in pane {id}")).on_hover_text("Intermediate textures of the method");
     let texture = &exposed[chosen];
@@ -75,6 +87,12 @@ pub fn inside_row(ui: &mut Ui, id: PaneId, inside: &mut Inside, opacity: &mut f3
         opacity_drag(ui, id, opacity);
     }
     channel_list(ui, id, &mut inside.channel, texture);
+}
+
+/// Room that the inputs right of the list of textures take, points.
+fn beside_texture(texture: &Exposed) -> f32 {
+    let slices = [texture.levels, texture.layers].into_iter().filter(|count| *count > 1).count();
+    SLICE_WIDTH * slices as f32 + OPACITY_WIDTH + CHANNEL_WIDTH
 }
 
 /// How much an overlay hides of the picture.

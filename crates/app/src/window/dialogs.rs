@@ -2,6 +2,7 @@
 //! system's own dialog behind a button.
 
 use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
+use super::enlarged::{ENLARGEMENTS, PRINT_PX_PER_CM};
 use super::model::PictureKind;
 use super::model::state;
 use super::model::{Document, PaneId};
@@ -10,10 +11,35 @@ use super::ui::widgets::{self, choice};
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus_study::DepthArgs;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
+use glam::UVec2;
 use std::path::{Path, PathBuf};
 
 /// Images that bring no depth of their own.
 const WITHOUT_DEPTH: [&str; 9] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm"];
+
+/// Numbers that can be saved for other programs.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Numbers {
+    /// Figures of all panes, a line each.
+    FiguresCsv,
+    /// The same with the whole state.
+    FiguresJson,
+    /// The curve of CoC against depth.
+    Coc,
+    /// What a batch has measured.
+    Batch,
+}
+
+impl Numbers {
+    fn about(self) -> (&'static str, &'static str, &'static str) {
+        match self {
+            Self::FiguresCsv => ("Save all figures as CSV", "figures", "csv"),
+            Self::FiguresJson => ("Save all figures as JSON, with the state", "figures", "json"),
+            Self::Coc => ("Save CoC against depth as CSV", "coc", "csv"),
+            Self::Batch => ("Save the batch as CSV", "batch", "csv"),
+        }
+    }
+}
 
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,6 +54,8 @@ pub enum Purpose {
     Report,
     /// To be the lens's aperture.
     Aperture,
+    /// For numbers.
+    Numbers(Numbers),
 }
 
 impl Purpose {
@@ -38,6 +66,7 @@ impl Purpose {
             Self::Picture(..) => "Save the picture",
             Self::Report => "Save the comparison as one HTML file",
             Self::Aperture => "An image whose brightness is the aperture's",
+            Self::Numbers(numbers) => numbers.about().0,
         }
     }
 
@@ -51,6 +80,8 @@ impl Purpose {
             Self::Picture(_, PictureKind::Exr) => &["exr"],
             Self::Report => &["html"],
             Self::Aperture => &["png", "jpg", "jpeg", "hdr"],
+            Self::Numbers(Numbers::FiguresJson) => &["json"],
+            Self::Numbers(_) => &["csv"],
         }
     }
 
@@ -69,6 +100,8 @@ pub struct Answer {
     pub file: PathBuf,
     /// Of an image to be opened: where its depth comes from.
     pub depth: DepthArgs,
+    /// Of a picture to be saved: times as many pixels in each direction as it has in the window.
+    pub times: u32,
 }
 
 #[derive(Clone, Copy, PartialEq)]
@@ -82,6 +115,10 @@ struct Asking {
     file: String,
     depth_file: String,
     encoding: DepthEncoding,
+    /// Size of the picture that is to be saved, px, where it can be drawn larger.
+    size: Option<UVec2>,
+    /// Place among what is offered.
+    enlargement: usize,
     browsing: Option<(Asked, Browsing)>,
     /// Whether the system's dialog was asked for and did not come.
     no_dialog: bool,
@@ -100,6 +137,16 @@ impl Dialogs {
         Self { asking: None, folder }
     }
 
+    /// The folder in which files are saved at first.
+    pub fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Whether a file is being asked for.
+    pub fn is_open(&self) -> bool {
+        self.asking.is_some()
+    }
+
     /// Asks for something to open.
     pub fn open(&mut self, ctx: &Context) {
         self.ask(ctx, Purpose::Open, String::new());
@@ -107,19 +154,34 @@ impl Dialogs {
 
     /// Asks where to keep the state.
     pub fn save_state(&mut self, ctx: &Context, document: &Document) {
-        self.ask(ctx, Purpose::State, format!("{}.{}", stem(document), state::EXTENSION));
+        self.ask(ctx, Purpose::State, format!("{}.{}", document.name(), state::EXTENSION));
     }
 
-    /// Asks where to save a pane's picture.
-    pub fn save_picture(&mut self, ctx: &Context, document: &Document, id: PaneId, kind: PictureKind) {
+    /// Asks where to save a pane's picture, and of `size` px how much larger.
+    pub fn save_picture(
+        &mut self,
+        ctx: &Context,
+        document: &Document,
+        (id, kind): (PaneId, PictureKind),
+        size: Option<UVec2>,
+    ) {
         let method = document.pane(id).map_or("picture", |p| p.method.id.as_str());
-        let name = format!("{}-{method}.{}", stem(document), kind.extension());
+        let name = format!("{}-{method}.{}", document.name(), kind.extension());
         self.ask(ctx, Purpose::Picture(id, kind), name);
+        if let Some(asking) = &mut self.asking {
+            asking.size = size;
+        }
     }
 
     /// Asks where to save the comparison.
     pub fn save_report(&mut self, ctx: &Context, document: &Document) {
-        self.ask(ctx, Purpose::Report, format!("{}.html", stem(document)));
+        self.ask(ctx, Purpose::Report, format!("{}.html", document.name()));
+    }
+
+    /// Asks where to save numbers.
+    pub fn save_numbers(&mut self, ctx: &Context, document: &Document, numbers: Numbers) {
+        let (_, what, extension) = numbers.about();
+        self.ask(ctx, Purpose::Numbers(numbers), format!("{}-{what}.{extension}", document.name()));
     }
 
     /// Asks for an image to be the aperture.
@@ -140,6 +202,8 @@ impl Dialogs {
             file,
             depth_file: String::new(),
             encoding,
+            size: None,
+            enlargement: 0,
             browsing: None,
             no_dialog: false,
             fresh: true,
@@ -180,6 +244,10 @@ impl Asking {
         if self.needs_depth() {
             self.file_row(ui, Asked::Depth);
             self.encoding_rows(ui);
+            self.unmeasured_rows(ui);
+        }
+        if let Some(size) = self.size {
+            enlargement_row(ui, size, &mut self.enlargement);
         }
         if self.no_dialog {
             ui.label(RichText::new(NO_DIALOG).small().color(ui.visuals().warn_fg_color));
@@ -273,6 +341,14 @@ impl Asking {
         }
     }
 
+    /// The numbers that stand for no depth.
+    fn unmeasured_rows(&mut self, ui: &mut Ui) {
+        let help = "The number, as it stands in the file, that means “not measured”, such as 0.";
+        unmeasured_row(ui, "Unknown is", help, &mut self.encoding.unknown);
+        let help = "The number, as it stands in the file, that means “infinitely far”.";
+        unmeasured_row(ui, "Infinity is", help, &mut self.encoding.infinity);
+    }
+
     fn needs_depth(&self) -> bool {
         let extension = Path::new(&self.file).extension().map(|e| e.to_string_lossy().to_lowercase());
         self.purpose == Purpose::Open && extension.is_some_and(|e| WITHOUT_DEPTH.contains(&e.as_str()))
@@ -310,7 +386,8 @@ impl Asking {
             true => DepthArgs { file: Some(depth_file), encoding: self.encoding, ..DepthArgs::default() },
             false => DepthArgs::default(),
         };
-        Answer { purpose: self.purpose.clone(), file, depth }
+        let times = ENLARGEMENTS.get(self.enlargement).copied().unwrap_or(1);
+        Answer { purpose: self.purpose.clone(), file, depth, times }
     }
 
     /// Shows the system's dialog; its answer arrives later.
@@ -342,7 +419,29 @@ impl Asking {
     }
 }
 
-fn stem(document: &Document) -> String {
-    let stem = Path::new(&document.scene).file_stem();
-    stem.map_or_else(|| "defocus".into(), |stem| stem.to_string_lossy().into_owned())
+/// A switch with the number that it stands for.
+fn unmeasured_row(ui: &mut Ui, name: &str, help: &str, value: &mut Option<f32>) {
+    widgets::row(ui, name, help, |ui| {
+        let mut is_on = value.is_some();
+        let switch = ui.checkbox(&mut is_on, "");
+        let mut number = value.unwrap_or(0.0);
+        let drag = ui.add_enabled(is_on, egui::DragValue::new(&mut number).speed(0.1));
+        drag.accessible_name(format!("{name}, as a number"));
+        *value = is_on.then_some(number);
+        switch
+    });
+}
+
+/// How much larger a picture is drawn than it is in the window.
+fn enlargement_row(ui: &mut Ui, size: UVec2, chosen: &mut usize) {
+    let name = |times: &u32| {
+        let UVec2 { x, y } = size * *times;
+        let what = if *times == 1 { "As shown".to_owned() } else { format!("{times} times") };
+        format!("{what}: {x} x {y} px, {:.1} cm wide in print", f64::from(x) / PRINT_PX_PER_CM)
+    };
+    let names: Vec<String> = ENLARGEMENTS.iter().map(name).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let help =
+        "Drawn anew with so many pixels, beside the interface; the blur grows with them. Print has 300 pixels an inch.";
+    choice(ui, "Pixels", help, chosen, &names);
 }

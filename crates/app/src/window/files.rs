@@ -31,15 +31,17 @@ impl App {
 
     /// Does what a file was asked for.
     pub fn answer(&mut self, ctx: &Context, answer: Answer) {
-        let Answer { purpose, file, depth } = answer;
+        let Answer { purpose, file, depth, times } = answer;
         let name = file.to_string_lossy().into_owned();
         let done = match purpose {
             Purpose::Open if state::is_state(&name) => return self.open_state(ctx, &file),
             Purpose::Open => return self.loader.start(&name, &depth, true, self.engine.gpu(), ctx),
             Purpose::State => state::write(&file, &self.document).map_err(|e| e.to_string()),
+            Purpose::Picture(id, kind) if times > 1 => return self.save_enlarged(ctx, (id, kind), times, file),
             Purpose::Picture(id, kind) => return self.save_picture(ctx, id, kind, file),
             Purpose::Aperture => return self.take_aperture(ctx, &file),
             Purpose::Report => return self.start_report(ctx, file),
+            Purpose::Numbers(numbers) => self.save_numbers(numbers, &file),
         };
         match done {
             Ok(()) => {
@@ -78,6 +80,7 @@ impl App {
             Ok(source) => {
                 self.engine.set_source(source);
                 self.eyes.forget();
+                self.forget_scale_offer();
                 self.document.scene.clone_from(&loaded.spec);
                 self.document.depth.clone_from(&loaded.depth);
                 if Path::new(&loaded.spec).is_file() {

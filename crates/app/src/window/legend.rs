@@ -2,9 +2,9 @@
 
 use super::App;
 use super::engine::Reading;
-use super::model::numbers::significant;
+use super::model::numbers::{quantity_text, significant};
 use super::model::{DifferenceKind, PaneId, Show};
-use defocus::methods::{Quantity, Scale};
+use defocus::methods::Scale;
 use defocus::present::{DIFFERENCE_FULL_SCALE, Map, RELATIVE_FULL_SCALE};
 
 /// A colour scale with its ends.
@@ -94,20 +94,8 @@ fn of_reading(reading: &Reading) -> Legend {
     Legend {
         map: reading.map,
         title: reading.quantity.name.into(),
-        low: value_text(&reading.quantity, low),
-        high: value_text(&reading.quantity, high),
+        low: quantity_text(&reading.quantity, low),
+        high: quantity_text(&reading.quantity, high),
         names: names.into_iter().map(|(value, name): (f32, String)| (reading.place(value), name)).collect(),
     }
-}
-
-/// A stored value as a number with its unit, or as the name of its class.
-pub fn value_text(quantity: &Quantity, value: f32) -> String {
-    if let Scale::Classes(classes) = quantity.scale
-        && let Some((_, name)) = classes.iter().find(|(known, _)| *known == value)
-    {
-        return (*name).to_owned();
-    }
-    let shown = f64::from(value * quantity.one);
-    let sign = if shown < 0.0 { "−" } else { "" };
-    format!("{sign}{}{}", significant(shown.abs()), quantity.unit)
 }

@@ -2,6 +2,7 @@
 
 use eframe::egui;
 use egui_notify::{Anchor, Toast, ToastLevel, Toasts};
+use std::collections::VecDeque;
 use std::time::Duration;
 
 /// Columns of a toast's text: a toast does not wrap by itself.
@@ -13,17 +14,22 @@ const SHOWN_FOR: Duration = Duration::from_secs(15);
 /// Time for a line that confirms what one did.
 const NOTE_FOR: Duration = Duration::from_secs(4);
 
+/// Messages that can be read again.
+const MOST_KEPT: usize = 20;
+
 /// Messages for the user.
 pub struct Messages {
     toasts: Toasts,
     last: Option<String>,
+    /// What was told, the newest first.
+    told: VecDeque<String>,
     later: Option<String>,
 }
 
 impl Default for Messages {
     fn default() -> Self {
         let toasts = Toasts::default().with_anchor(Anchor::BottomLeft).with_margin(egui::vec2(16.0, 56.0));
-        Self { toasts, last: None, later: None }
+        Self { toasts, last: None, told: VecDeque::new(), later: None }
     }
 }
 
@@ -39,7 +45,18 @@ impl Messages {
         let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("!".into(), color));
         toast.duration(SHOWN_FOR).closable(false).show_progress_bar(false);
         self.toasts.add(toast);
+        self.keep(text);
         self.last = Some(text.into());
+    }
+
+    fn keep(&mut self, text: &str) {
+        self.told.push_front(text.into());
+        self.told.truncate(MOST_KEPT);
+    }
+
+    /// What was told, the newest first.
+    pub fn told(&self) -> impl Iterator<Item = &str> {
+        self.told.iter().map(String::as_str)
     }
 
     /// Shows an error as soon as there is a window to show it in.
@@ -53,11 +70,17 @@ impl Messages {
         let mut toast = Toast::custom(wrapped(text), ToastLevel::Custom("·".into(), color));
         toast.duration(NOTE_FOR).closable(false).show_progress_bar(false);
         self.toasts.add(toast);
+        self.keep(text);
     }
 
     /// The last error.
     pub fn last_error(&self) -> Option<&str> {
         self.last.as_deref()
+    }
+
+    /// Whether one is to be seen.
+    pub fn has_any(&self) -> bool {
+        !self.toasts.is_empty()
     }
 
     /// Takes them all away.

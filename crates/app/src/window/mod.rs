@@ -23,13 +23,19 @@
 //! palette, may have keys, and is on the sheet of keys. What focusing does with the mouse
 //! is in `viewport.rs`.
 
+mod action;
 mod actions;
 mod bars;
+mod batch;
 mod browsing;
+mod classroom;
+mod commands;
+mod compared;
 mod controls;
 mod details;
 mod dialogs;
 mod engine;
+mod enlarged;
 mod eyes;
 mod files;
 mod focusing;
@@ -40,11 +46,14 @@ mod loading;
 mod messages;
 mod model;
 mod navigation;
+mod numbers;
 mod paint;
 mod palette;
 mod panes;
+mod paper;
 mod report;
 mod saving;
+mod scene_scale;
 mod screenshot;
 mod shaders;
 mod tasks;
@@ -53,17 +62,17 @@ mod viewport;
 mod viewport_state;
 mod watch;
 
-pub use actions::{Action, Command};
-pub use dialogs::{Answer, Purpose};
+pub use action::{Action, Command};
+pub use dialogs::{Answer, Numbers, Purpose};
 pub use engine::{
     DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Measured, Pairing, Pane, Quantiles,
     Reading, Request, Tempo, Verdict, Wake,
 };
 pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use model::{
-    Arrangement, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings, Inside,
-    MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind, PictureSize, Preferences,
-    REFERENCE_SAMPLES, Show, Theme, Zoom,
+    Arrangement, BatchRow, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings,
+    Inside, LESSONS, Lesson, MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind,
+    PictureSize, Preferences, REFERENCE_SAMPLES, Show, Theme, Zoom,
 };
 pub use ui::panels;
 pub use ui::style::apply as apply_style;
@@ -147,6 +156,10 @@ pub struct App {
     screenshot: Option<Screenshot>,
     applied_theme: Theme,
     help: bool,
+    lessons: classroom::Lessons,
+    paper: paper::PaperForm,
+    batch: batch::Batch,
+    scale_offer: scene_scale::ScaleOffer,
     started: bool,
 }
 
@@ -274,6 +287,10 @@ impl App {
             screenshot: options.screenshot.map(|path| Screenshot::new(path, outcome)),
             applied_theme: Theme::System,
             help: false,
+            lessons: Default::default(),
+            paper: Default::default(),
+            batch: Default::default(),
+            scale_offer: Default::default(),
             started: false,
         }
     }
@@ -351,15 +368,23 @@ impl App {
         let ctx = ui.ctx().clone();
         self.take_in(&ctx);
         self.keys(&ctx);
-        self.top_bar(ui);
-        self.status_bar(ui);
-        self.controls(ui);
+        if !self.preferences.panels_hidden {
+            self.top_bar(ui);
+            self.status_bar(ui);
+        }
+        self.show_scale_offer(ui);
+        self.class_bars(ui);
+        if !self.preferences.panels_hidden {
+            self.controls(ui);
+        }
         CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
         self.update_pictures(ui);
         self.hand_out_truths();
         self.show_feet(ui);
         self.show_help(&ctx);
         self.show_palette(&ctx);
+        self.show_paper_form(&ctx);
+        self.show_batch(&ctx);
         if let Some(answer) = self.dialogs.show(&ctx) {
             self.answer(&ctx, answer);
         }
@@ -372,8 +397,12 @@ impl App {
     /// What arrived since the last frame: files, answers, complaints, a new theme.
     fn take_in(&mut self, ctx: &egui::Context) {
         if !self.started {
+            ctx.set_zoom_factor(self.preferences.ui_scale.clamp(0.5, 4.0));
             let ctx = ctx.clone();
             self.engine.set_wake(Wake::with(move || ctx.request_repaint()));
+        } else {
+            // Ctrl and +, − or 0 change it too.
+            self.preferences.ui_scale = ctx.zoom_factor();
         }
         self.started = true;
         let dropped = ctx.input(|i| i.raw.dropped_files.first().map(|f| f.path().to_owned()));
@@ -387,6 +416,7 @@ impl App {
         }
         self.take_in_loaded(ctx);
         self.load_what_is_named(ctx);
+        self.prepare_lesson();
         self.reload_shaders(ctx);
         for trouble in self.engine.take_troubles() {
             self.messages.error(ctx, &trouble);

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::legend::{self, Legend};
-use super::model::PaneId;
+use super::model::{PaneId, PaneState, Show};
 use eframe::egui::{
     self, Align2, Color32, CornerRadius, FontId, Galley, Painter, Pos2, Rect, Stroke, StrokeKind, Ui, pos2, vec2,
 };
@@ -22,6 +22,9 @@ const LEGEND: egui::Vec2 = vec2(270.0, 62.0);
 
 /// Magnification from which on the pixel under the pointer is framed.
 const FRAMED_FROM: f32 = 6.0;
+
+/// Width of a pixel from which on its values stand in it, points: three lines of numbers.
+pub const VALUES_FROM: f32 = 46.0;
 
 /// What shows around a picture that does not fill its pane.
 pub fn background(ui: &Ui, area: Rect) {
@@ -72,6 +75,62 @@ fn pane(app: &App, ui: &Ui, part: Rect, picture: Rect, id: PaneId) {
     }
     if let Some(legend) = legend::of(app, id) {
         paint_legend(&painter, part, &legend);
+    }
+    pixel_values(app, &painter, part, picture, id);
+    marks(app, &painter, part, picture, id);
+}
+
+/// What a pane's method is called; where another pane has the same, with its parameters.
+fn name_beside_others(app: &App, pane: &PaneState) -> String {
+    let title = pane.method.title();
+    let is_alone = app.document.panes.iter().all(|other| other.id == pane.id || other.method.id != pane.method.id);
+    if is_alone || pane.method.params.is_empty() {
+        return title;
+    }
+    let params = pane.method.params.iter().map(|(key, value)| format!("{key} {value}"));
+    format!("{title}, {}", params.collect::<Vec<_>>().join(", "))
+}
+
+/// The display values of every pixel in its place, where pixels are large enough to hold them.
+fn pixel_values(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
+    let is_picture = app.document.pane(id).is_some_and(|pane| pane.show == Show::Picture);
+    let Some(color) = app.engine.known_color(id).filter(|_| is_picture && app.stereo().is_none()) else { return };
+    let side = picture.width() / color.size.x.max(1) as f32;
+    if side < VALUES_FROM {
+        return;
+    }
+    let seen = picture.intersect(part);
+    let [first, last] = [seen.min, seen.max].map(|at| (at - picture.min) / side);
+    let range = |from: f32, to: f32, end: u32| (from.floor().max(0.0) as u32)..(to.ceil().max(0.0) as u32).min(end);
+    for y in range(first.y, last.y, color.size.y) {
+        for x in range(first.x, last.x, color.size.x) {
+            let shown = app.document.display.encoded(color.at(x, y));
+            let [r, g, b] = shown.to_array().map(|v| (v * 255.0).round() as u8);
+            let text_color = if shown.dot(defocus::display::LUMINANCE) > 0.4 { Color32::BLACK } else { Color32::WHITE };
+            let middle = picture.min + (vec2(x as f32, y as f32) + vec2(0.5, 0.5)) * side;
+            let font = FontId::monospace(11.0);
+            painter.text(middle, Align2::CENTER_CENTER, format!("{r}\n{g}\n{b}"), font, text_color);
+        }
+    }
+}
+
+/// What a picture is, in its corners, where nothing else says so: the method where panes have
+/// no heads, and which eye sees it.
+fn marks(app: &App, painter: &Painter, part: Rect, picture: Rect, id: PaneId) {
+    let seen = picture.intersect(part);
+    if app.preferences.panels_hidden && app.document.visible().len() > 1 {
+        let title = app.document.pane(id).map_or_else(String::new, |pane| name_beside_others(app, pane));
+        let text = wrapped(painter, &title, seen.width() - 4.0 * INSET);
+        label(painter, seen.left_top() + vec2(INSET, INSET), Align2::LEFT_TOP, text);
+    }
+    let Some(layout) = app.stereo().map(|stereo| stereo.layout).filter(|layout| layout.is_side_by_side()) else {
+        return;
+    };
+    let is_crossed = layout == defocus::stereo::Layout::Crossed;
+    let marks = if is_crossed { ["R", "L"] } else { ["L", "R"] };
+    for (mark, x) in marks.into_iter().zip([picture.left(), picture.center().x]) {
+        let at = pos2(x + INSET, seen.bottom() - INSET);
+        label(painter, at, Align2::LEFT_BOTTOM, wrapped(painter, mark, 60.0));
     }
 }
 

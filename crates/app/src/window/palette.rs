@@ -1,7 +1,7 @@
 //! The command palette: type a few letters of what is to be done.
 
 use super::App;
-use super::actions::Command;
+use super::action::Command;
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
 
 /// Height of the list, points.
@@ -16,6 +16,11 @@ pub struct Palette {
 }
 
 impl Palette {
+    /// Whether it is shown.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
     /// Shows it, or hides it.
     pub fn toggle(&mut self) {
         *self = Self { open: !self.open, ..Self::default() };

@@ -1,12 +1,12 @@
 //! The panes: how they lie, and the head and foot of each.
 
 use super::details::{Exposed, difference_row, inside_row};
-use super::engine::{Figures, Measured, Verdict};
+use super::engine::{Figures, FrameTime, Measured, Verdict};
 use super::model::numbers::significant;
 use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
 use super::model::{aperture_limit, astigmatism_limit};
 use super::ui::widgets::combo;
-use super::{App, actions::Action, ui::style};
+use super::{App, action::Action, ui::style};
 use defocus::gpu::Texture;
 use defocus::methods;
 use defocus_study::metrics::Visibility;
@@ -21,6 +21,12 @@ const HEAD: f32 = 30.0;
 
 /// Height of a pane's foot, points.
 const FOOT: f32 = 22.0;
+
+/// Greatest width of the list of methods in a head, points: the longest name has room.
+const METHOD_WIDTH: f32 = 200.0;
+
+/// Greatest width of the list of what is shown, points.
+const SHOWN_WIDTH: f32 = 165.0;
 
 /// A pane with less room than this has no head and no foot, points.
 const LEAST: f32 = 90.0;
@@ -96,7 +102,7 @@ impl App {
     /// the first starts to be dragged elsewhere.
     fn pane_ui(&mut self, ui: &mut Ui, ids: &[PaneId]) -> bool {
         let whole = ui.available_rect_before_wrap();
-        if whole.width() < LEAST || whole.height() < LEAST {
+        if whole.width() < LEAST || whole.height() < LEAST || self.preferences.panels_hidden {
             self.picture(ui, whole, ids);
             return false;
         }
@@ -139,9 +145,11 @@ impl App {
         let dragged = self.number(ui, id);
         let room = ui.available_width();
         let menu = 66.0;
-        let width = ((room - menu) * 0.5 - 8.0).clamp(40.0, 190.0);
-        self.method_list(ui, id, width);
-        self.show_list(ui, id, width.min(150.0));
+        // The methods have the longer names.
+        let method = ((room - menu) * 0.56 - 8.0).clamp(40.0, METHOD_WIDTH);
+        let shown = (room - menu - method - 16.0).clamp(40.0, SHOWN_WIDTH);
+        self.method_list(ui, id, method);
+        self.show_list(ui, id, shown);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             ui.spacing_mut().item_spacing.x = 2.0;
             if self.document.panes.len() > 1 {
@@ -260,13 +268,10 @@ impl App {
     fn foot(&self, ui: &mut Ui, id: PaneId) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             let pane = self.engine.pane(id);
-            if let Some(ms) = pane.and_then(|p| p.ms()) {
+            if let Some(time) = pane.and_then(|p| p.time()) {
                 let each = if pane.is_some_and(|p| p.progress().is_some()) { " a view" } else { "" };
-                let help = match self.engine.gpu().is_software() {
-                    true => "Time of the last frame in which only this pane was drawn, from its submission: a software adapter has no times of its own",
-                    false => "GPU time of the method's last frame",
-                };
-                ui.label(RichText::new(format!("{} ms{each}", significant(ms))).small()).on_hover_text(help);
+                let (text, help) = time_text(time, each, self.engine.gpu().is_software());
+                ui.label(RichText::new(text).small()).on_hover_text(help);
             }
             if let Some(scale) = self.magnification(id, ui.ctx().pixels_per_point()) {
                 let help = "Pixels of the display for one of the picture; Z toggles between all of it and 100 %";
@@ -287,6 +292,10 @@ impl App {
                 let help = "The full picture takes longer than the interface can wait: it is drawn beside it once nothing moves";
                 ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color)).on_hover_text(help);
             }
+            if method.is_some_and(|method| method.as_built) {
+                let help = "Drawn with the shaders that the program was built with, on a device of its own once nothing moves; other panes with those that were read since";
+                ui.label(RichText::new("shaders as built").small().strong()).on_hover_text(help);
+            }
             if self.engine.is_behind(id) {
                 ui.label(RichText::new("updates slower").small().color(ui.visuals().warn_fg_color))
                     .on_hover_text("A frame of all panes takes longer than the display's interval: the pane under the pointer comes first");
@@ -295,7 +304,7 @@ impl App {
                 let FootText { text, help, is_current, visibility } = self.figures_text(id);
                 if let Some(visibility) = visibility {
                     let [r, g, b] = visibility.srgb8();
-                    let word = RichText::new(visibility.word()).small().strong().color(Color32::from_rgb(r, g, b));
+                    let word = RichText::new(visibility.word()).small().strong().color(style::readable(Color32::from_rgb(r, g, b), ui.visuals().panel_fill));
                     ui.label(word).on_hover_text(format!("On this display: {}.", visibility.why()));
                 }
                 let text = RichText::new(text).small();
@@ -312,8 +321,8 @@ impl App {
             let help = "The reference: the mean of this many views over the lens.";
             return FootText::current(format!("reference{points}"), help);
         }
-        let goal = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
-        foot_text(&self.engine.verdict(id), goal.map(|(_, samples)| samples))
+        let truth = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
+        foot_text(&self.engine.verdict(id), truth)
     }
 
     fn pane_menu(&mut self, ui: &mut Ui, id: PaneId) {
@@ -328,8 +337,27 @@ impl App {
         entry(ui, "Copy image", Action::CopyImage(id));
         ui.separator();
         entry(ui, "Duplicate", Action::Duplicate(id));
+        entry(ui, "Compare with the shaders as built", Action::CompareBuilds(id));
         entry(ui, "Use as pane B", Action::ChooseB(id));
         entry(ui, "Default parameters", Action::ResetParams(id));
+    }
+}
+
+/// What a foot says of a time, and what that is.
+fn time_text(time: FrameTime, each: &str, is_software: bool) -> (String, String) {
+    let FrameTime { ms, warm_frames } = time;
+    let of = match is_software {
+        true => {
+            "from the submission of frames in which only this pane was drawn: a software adapter has no times of its own; Time passes has those of each pass"
+        }
+        false => "GPU time of the method",
+    };
+    match warm_frames {
+        0 => (
+            format!("{} ms{each}, cold", significant(ms)),
+            format!("Time of the first frame, which also builds pipelines, {of}. Later frames replace it."),
+        ),
+        n => (format!("{} ms{each}", significant(ms)), format!("Median of the last {n} frames after the first, {of}.")),
     }
 }
 
@@ -349,14 +377,19 @@ impl FootText {
     }
 }
 
-/// A verdict in words. `goal`: lens points that the truth will have.
-fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
+/// A verdict in words. `truth`: lens points that the truth has and will have.
+fn foot_text(verdict: &Verdict<'_>, truth: Option<(u32, u32)>) -> FootText {
+    let goal = truth.map(|(_, goal)| goal);
+    // Where no pane shows it, this is where one sees how far it is.
+    let progress = truth.filter(|(count, goal)| count < goal);
+    let progress =
+        progress.map_or_else(String::new, |(count, goal)| format!(" · reference at {count} of {goal} points"));
     let help = "PSNR of what the display shows, how visible the difference is on it (ColorVideoVDP), SSIM and FLIP, against the reference with so many lens points.";
     match verdict {
         Verdict::Unasked => {
             FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
         }
-        Verdict::Pending => FootText::current("measuring …", "As soon as the picture rests"),
+        Verdict::Pending => FootText::current(format!("measuring …{progress}"), "As soon as the picture rests"),
         Verdict::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
         Verdict::Current(Measured { result: Ok(figures), of }) => {
             let points = match (of.truth.samples, goal) {
@@ -369,7 +402,7 @@ fn foot_text(verdict: &Verdict<'_>, goal: Option<u32>) -> FootText {
         }
         Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
         Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
-            text: format!("before ({}): {}", departures.join(", "), figures_in_words(figures)),
+            text: format!("before ({}): {}{progress}", departures.join(", "), figures_in_words(figures)),
             help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
                 .into(),
             is_current: false,

@@ -1,7 +1,9 @@
 //! Keeping pictures and comparisons: written beside the interface, which goes on.
 
-use super::model::{PaneId, PictureKind};
-use super::report::{self, AwaitedTruth, ReportOrder};
+use super::compared::{AwaitedTruth, Order};
+use super::enlarged::{self, enlarged};
+use super::model::{PaneId, PictureKind, Show};
+use super::report;
 use super::tasks::Task;
 use super::{App, Engine, Identity};
 use defocus::gpu::download_rgba8;
@@ -9,6 +11,7 @@ use defocus::image::{ColorImage, DepthImage};
 use defocus::image_io::{self, ImageError};
 use defocus_study::Truth;
 use eframe::egui::{self, Context};
+use glam::UVec2;
 use std::path::PathBuf;
 use std::sync::mpsc::{Sender, channel};
 use std::sync::{Arc, Mutex};
@@ -54,6 +57,31 @@ impl App {
             }
             Err(error) => self.messages.error(ctx, error),
         }
+    }
+
+    /// Size of a pane's picture, px, where it can be drawn with more pixels: a picture of one eye,
+    /// of a scene, as the method draws it.
+    pub(super) fn size_to_enlarge(&self, id: PaneId) -> Option<UVec2> {
+        let is_scene = self.engine.source().is_some_and(|source| source.source().is_scene());
+        let is_picture = self.document.pane(id).is_some_and(|pane| pane.show == Show::Picture);
+        (is_scene && is_picture && self.stereo().is_none()).then(|| self.eye_size_px())
+    }
+
+    /// Draws a pane's picture with more pixels, and saves it.
+    pub(super) fn save_enlarged(
+        &mut self,
+        ctx: &Context,
+        (id, kind): (PaneId, PictureKind),
+        times: u32,
+        file: PathBuf,
+    ) {
+        let Some(method) = self.document.pane(id).map(|pane| pane.method.clone()) else { return };
+        let Some(order) = self.order_without_truth() else { return };
+        let name = file.display().to_string();
+        self.tasks.push(Task::start(format!("Drawing {name}"), ctx, move |progress| {
+            let order = enlarged(order, times);
+            enlarged::write(&order, &method, kind, &file, progress).map(|()| format!("Saved {name}"))
+        }));
     }
 
     fn writing_png(&self, id: PaneId, file: PathBuf) -> Result<Write, &'static str> {
@@ -104,22 +132,32 @@ impl App {
         if self.tasks.iter().any(|task| task.name() == name) {
             return self.messages.error(ctx, "this comparison is being made already: wait for it or cancel it");
         }
-        let Some(source) = self.engine.source().cloned() else { return };
-        let order = ReportOrder {
+        let Some(order) = self.order() else { return };
+        self.tasks.push(Task::start(name, ctx, move |progress| {
+            let saved = format!("Saved {}", file.display());
+            report::write(&order, &file, progress).map(|()| saved)
+        }));
+    }
+
+    /// What a comparison of all panes is to be made from; none before there is a source.
+    pub(super) fn order(&mut self) -> Option<Order> {
+        let order = self.order_without_truth()?;
+        Some(Order { truth: self.await_truth(), ..order })
+    }
+
+    /// The same for what waits for no reference of the window.
+    pub(super) fn order_without_truth(&self) -> Option<Order> {
+        let source = self.engine.source().cloned()?;
+        Some(Order {
             source: source.source().clone(),
             options: source.options(),
             adapter: self.engine.gpu().adapter().name.clone(),
             shaders: self.engine.shaders().clone(),
             document: self.document.clone(),
             size: self.eye_size_px(),
-            truth: self.await_truth(),
+            truth: None,
             activity: self.engine.activity(),
-            file,
-        };
-        self.tasks.push(Task::start(name, ctx, move |progress| {
-            let saved = format!("Saved {}", order.file.display());
-            report::write(order, progress).map(|()| saved)
-        }));
+        })
     }
 
     /// The window's own reference for a report, which is not drawn a second time; none where

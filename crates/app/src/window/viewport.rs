@@ -9,7 +9,7 @@ use super::viewport_state::REST_SECONDS;
 use super::{App, navigation, paint};
 use defocus::methods::MethodError;
 use eframe::egui::{
-    CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
+    Context, CursorIcon, Key, PointerButton, Pos2, Rect, Response, Role, Sense, Ui, Vec2, WidgetInfo, pos2, vec2,
 };
 use glam::{DVec2, DVec3, dvec2};
 use std::time::Duration;
@@ -170,6 +170,7 @@ impl App {
         }
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         request.explain = self.inspector.is_open();
+        request.story = self.inspector.story_of();
         request.development.coc_scale_px = self.choose_coc_scale();
         self.viewport.watch_motion(now_s, &request);
         request.is_moving = self.viewport.is_moving;
@@ -189,6 +190,24 @@ impl App {
             ctx.request_repaint_after(Duration::from_secs_f64(REST_SECONDS));
         } else {
             self.engine.depths_m(true);
+            self.read_magnified(ctx);
+        }
+    }
+
+    /// Reads the pictures back whose pixels are large enough to show their values.
+    fn read_magnified(&mut self, ctx: &Context) {
+        let width_px = self.whole_size_px().x.max(1) as f32;
+        let is_large = |picture: &Rect| picture.width() / width_px >= paint::VALUES_FROM;
+        let large = self
+            .viewport
+            .pictures
+            .iter()
+            .filter(|(id, picture)| is_large(picture) && self.viewport.areas.contains_key(id));
+        let large: Vec<PaneId> = large.map(|(id, _)| *id).collect();
+        for id in large {
+            if self.engine.known_color(id).is_none() && self.engine.color(id).is_some() {
+                ctx.request_repaint();
+            }
         }
     }
 

@@ -1,6 +1,8 @@
 //! The window in a test, driven as a user drives it.
 
-use defocus_app::window::{App, AppOptions, Document, MethodChoice, PictureSize, Tempo, apply_style, wgpu_setup};
+use defocus_app::window::{
+    App, AppOptions, Document, MethodChoice, PictureSize, Preferences, Tempo, apply_style, wgpu_setup,
+};
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Role, vec2};
 use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::Harness;
@@ -34,6 +36,10 @@ pub fn window_with(size: [f32; 2], options: AppOptions) -> Window {
         // Whatever the machine has to do beside: pictures are drawn at once and in full.
         options.tempo.budget_ms = f64::INFINITY;
     }
+    // What is folded at first has no names to be found by.
+    let unfolded = ["Optics and display", "View", "Timing"].map(str::to_owned);
+    let preferences = options.preferences.take().unwrap_or_default();
+    options.preferences = Some(Preferences { open_groups: unfolded.into(), ..preferences });
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
     let app = App::new(&state, options);
     let mut window = Harness::builder()

@@ -8,11 +8,15 @@ mod common;
 #[path = "../../../../tests/tiny_files/mod.rs"]
 mod tiny_files;
 
+mod class;
 mod fields;
 mod figures;
+mod labels;
 mod pace;
+mod paper;
 mod saved;
 mod size;
+mod story;
 
 use common::window::Window;
 use egui_kittest::kittest::NodeT;

@@ -35,6 +35,19 @@ fn a_report_has_the_figures_of_the_window_and_its_reference() {
 }
 
 #[test]
+fn a_report_judges_no_reference_and_brings_its_numbers() {
+    let Tiny { mut window, folder } = window(&["mipmap", "accumulation", "accumulation"]);
+    let html = report(&mut window, folder.path());
+    let (_, rest) = html.split_once("<tr class=\"reference\">").expect("the second accumulation is set apart");
+    let (row, after) = rest.split_once("</tr>").expect("the row ends");
+    assert!(row.contains("as the reference") && !row.contains("class=\"best\""), "{row}");
+    assert!(!after.split("</tbody>").next().unwrap_or_default().contains("<tr"), "it stands last");
+    assert!(html.contains("class=\"best\""), "the method is the best of those that are judged");
+    assert!(html.contains("download=\"squares.csv\"") && html.contains("download=\"squares.json\""));
+    assert!(html.contains("Quality against time") && html.contains("class=\"plot\""));
+}
+
+#[test]
 fn a_report_waits_for_a_reference_that_converges_and_does_not_draw_another() {
     let Tiny { mut window, folder } = window(&["mipmap", "accumulation"]);
     let ctx = window.ctx.clone();

@@ -125,7 +125,7 @@ fn an_image_with_depth_has_the_field_of_view_that_it_was_taken_with_in_any_windo
     };
     let options = AppOptions { document: Some(document), ..AppOptions::default() };
     let mut window = window_with([900.0, 420.0], options);
-    let warns = |window: &Window| says(window, "but on this display the picture spans");
+    let warns = |window: &Window| says(window, "° shown as ");
     assert!(!warns(&window), "a lens that suits the image needs no warning");
     // A lens of one's own for this size of the picture: right stays right.
     let lens = window.state().document().lens.clone();

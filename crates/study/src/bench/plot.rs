@@ -49,6 +49,8 @@ pub struct Series {
     pub style: usize,
     /// Its points, in the order in which they are joined.
     pub points: Vec<Point>,
+    /// Whether each point has a mark; a curve has none.
+    pub markers: bool,
 }
 
 /// A plot.
@@ -173,6 +175,25 @@ impl Plot<'_> {
         svg + "</svg>"
     }
 
+    /// The plot as a file of its own, black on white as paper has it. Its looks are attributes:
+    /// not every program that takes SVG reads style sheets.
+    pub fn svg_file(&self) -> String {
+        let looks = [
+            (r#"class="grid""#, r##"stroke="#dddddd""##),
+            (r#"class="line""#, r#"fill="none" stroke-width="1.6""#),
+            (r#"class="front""#, r##"fill="none" stroke="#555555" stroke-dasharray="5 4""##),
+        ];
+        let mut svg = self.svg();
+        for (class, look) in looks {
+            svg = svg.replace(class, look);
+        }
+        let root = format!(
+            r#"<svg xmlns="http://www.w3.org/2000/svg" width="{WIDTH}" height="{HEIGHT}" font-family="sans-serif" font-size="12" "#
+        );
+        let page = format!(r##"><rect width="{WIDTH}" height="{HEIGHT}" fill="#ffffff"/>"##);
+        svg.replacen("<svg ", &root, 1).replacen('>', &page, 1) + "\n"
+    }
+
     fn draw_axes(&self, svg: &mut String, x: Scale, y: Scale) {
         let (right, bottom) = (WIDTH - RIGHT, HEIGHT - BOTTOM);
         for tick in x.ticks() {
@@ -222,7 +243,7 @@ impl Series {
         let color = self.color();
         let places: Vec<String> = self.points.iter().map(|p| format!("{:.1},{:.1}", x.px(p.x), y.px(p.y))).collect();
         let _ = write!(svg, r#"<polyline class="line" stroke="{color}" points="{}"/>"#, places.join(" "));
-        for point in &self.points {
+        for point in self.points.iter().filter(|_| self.markers) {
             let (px, py) = (x.px(point.x), y.px(point.y));
             if let Some([low, high]) = point.interval.map(|ends| ends.map(|e| y.px(e))) {
                 let _ = write!(
@@ -249,14 +270,17 @@ impl Series {
 
     fn draw_legend(&self, svg: &mut String, row: usize) {
         let (x, y) = (WIDTH - RIGHT + 22.0, TOP + 10.0 + 21.0 * row as f64);
-        let _ = write!(
-            svg,
-            r#"{}<text x="{}" y="{:.1}">{}</text>"#,
-            self.marker(x, y),
-            x + 13.0,
-            y + 4.0,
-            escaped(&self.name)
-        );
+        let color = self.color();
+        let mark = match self.markers {
+            true => self.marker(x, y),
+            false => {
+                let (from, to) = (x - 7.0, x + 7.0);
+                format!(
+                    r#"<line stroke="{color}" stroke-width="2" x1="{from:.1}" x2="{to:.1}" y1="{y:.1}" y2="{y:.1}"/>"#
+                )
+            }
+        };
+        let _ = write!(svg, r#"{}<text x="{}" y="{:.1}">{}</text>"#, mark, x + 13.0, y + 4.0, escaped(&self.name));
     }
 }
 
@@ -296,7 +320,7 @@ mod tests {
     #[test]
     fn names_cannot_break_the_plot() {
         let axis = Axis { title: "<x & y>", logarithmic: false };
-        let series = Series { name: "\"a\"".into(), style: 0, points: Vec::new() };
+        let series = Series { name: "\"a\"".into(), style: 0, points: Vec::new(), markers: true };
         let svg = Plot { x: axis, y: axis, series: vec![series], front: true }.svg();
         assert!(svg.contains("&lt;x &amp; y&gt;") && svg.contains("&quot;a&quot;") && svg.ends_with("</svg>"), "{svg}");
     }

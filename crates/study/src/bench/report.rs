@@ -201,7 +201,7 @@ const COPIES: Axis<'_> = Axis { title: "GPU time, multiples of a copy of the ima
 fn add(series: &mut Vec<Series>, method: &str, point: Point) {
     match series.iter_mut().find(|s| s.name == method) {
         Some(found) => found.points.push(point),
-        None => series.push(Series { name: method.into(), style: style(method), points: vec![point] }),
+        None => series.push(Series { name: method.into(), style: style(method), points: vec![point], markers: true }),
     }
 }
 

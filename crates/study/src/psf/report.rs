@@ -183,11 +183,11 @@ fn mtf_plot(found: &[Psf], coc_px: f64, aperture: &defocus::aperture::Aperture) 
     for psf in found.iter().filter(|psf| psf.coc_px == coc_px) {
         let style = all.iter().position(|m| m.about().id == psf.method).unwrap_or(0);
         let points = psf.frequencies.iter().zip(&psf.mtf).map(|(f, m)| at(*f, *m, psf.method)).collect();
-        series.push(Series { name: psf.method.into(), style, points });
+        series.push(Series { name: psf.method.into(), style, points, markers: true });
     }
     if let Some(psf) = found.iter().find(|psf| psf.coc_px == coc_px) {
         let points = psf.frequencies.iter().map(|f| at(*f, lens_mtf(aperture, coc_px, *f), "lens")).collect();
-        series.push(Series { name: "lens, closed form".into(), style: 7, points });
+        series.push(Series { name: "lens, closed form".into(), style: 7, points, markers: true });
     }
     let x = Axis { title: "cycles per px", logarithmic: false };
     let y = Axis { title: "modulation", logarithmic: false };

@@ -7,6 +7,7 @@ use super::milestone::Milestone;
 use super::pane::{LEAST_SAMPLES, Pane};
 use super::renderer::Engine;
 use super::request::Request;
+use super::schedule::is_built_elsewhere;
 use super::wake::Wake;
 use crate::window::model::PaneId;
 use defocus::display::Display;
@@ -50,7 +51,8 @@ impl Engine {
             options: source.options(),
             exposure: request.exposure.clone(),
         };
-        let job = Job { ticket: self.tickets, subject, method, timed_runs: 0 };
+        let as_built = is_built_elsewhere(&identity.method, &self.shaders);
+        let job = Job { ticket: self.tickets, subject, method, as_built, timed_runs: 0 };
         let lane = started(&mut self.lane, &self.gpu, &self.wake, &self.shaders);
         if let Some(before) = pane.errand.take() {
             lane.give_up(before.ticket);
@@ -73,8 +75,9 @@ impl Engine {
         if let Some(PassTimes { ticket, times: None, .. }) = &self.pass_times {
             lane.give_up(*ticket);
         }
+        let as_built = is_built_elsewhere(&identity.method, &self.shaders);
         self.pass_times = Some(PassTimes { ticket: self.tickets, of: identity, times: None });
-        lane.draw(Job { ticket: self.tickets, subject, method, timed_runs: TIMED_RUNS });
+        lane.draw(Job { ticket: self.tickets, subject, method, as_built, timed_runs: TIMED_RUNS });
     }
 
     /// What was timed last, and of which picture.

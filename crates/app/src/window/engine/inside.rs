@@ -1,7 +1,7 @@
 //! Values of the textures inside methods, where someone points.
 
 use super::pane::Pane;
-use super::reading::{Reading, read_texel};
+use super::reading::{Reading, Spot, read_texels};
 use super::renderer::Engine;
 use crate::window::model::{PaneId, Show};
 use defocus::gpu::Texture;
@@ -32,6 +32,14 @@ impl Engine {
         explained.flat_map(told).collect()
     }
 
+    /// How many times smaller than the picture that is asked for the one is whose textures a pane
+    /// has: a full picture that was drawn beside brings none of its own.
+    pub fn exposed_divisor(&self, id: PaneId) -> u32 {
+        let exposed = self.panes.get(&id).map(Pane::exposed_size).filter(|size| size.x > 0);
+        let (Some(exposed), Some(asked)) = (exposed, self.size()) else { return 1 };
+        (f64::from(asked.x) / f64::from(exposed.x)).round().max(1.0) as u32
+    }
+
     /// The texel of a level and layer of an exposed texture that lies at a point of the
     /// picture.
     fn texel(&self, pane: &Pane, name: &str, of: (&Texture, u32, u32), at: DVec2) -> Option<[f32; 4]> {
@@ -41,6 +49,6 @@ impl Engine {
         }
         let size = texture.level_size(level);
         let texel = pane.place_of(name, texture).texel(size, pane.exposed_size(), at)?;
-        read_texel(&self.gpu, texture, (level, layer), texel)
+        read_texels(&self.gpu, &[Spot { texture, level, layer, texel }])?.pop()?
     }
 }

@@ -36,6 +36,8 @@ pub(super) struct Job {
     pub ticket: u64,
     pub subject: Subject,
     pub method: Box<dyn Method>,
+    /// Whether it is drawn with the shaders that the program was built with.
+    pub as_built: bool,
     /// Runs to time the passes of, the first of which does not count; 0 for the picture.
     pub timed_runs: u32,
 }
@@ -89,7 +91,8 @@ impl Lane {
             let _ = sender.send((ticket, what));
             wake.call();
         };
-        let worker = Worker { adapter, wanted: wanted.clone(), shaders: Vec::new(), bench: None, runs: Vec::new() };
+        let worker =
+            Worker { adapter, wanted: wanted.clone(), shaders: Vec::new(), bench: None, built: None, runs: Vec::new() };
         std::thread::spawn(move || worker.work(&received, &tell));
         Self { orders, told, wanted }
     }
@@ -134,6 +137,7 @@ struct Bench {
 /// A picture that converges.
 struct Running {
     ticket: u64,
+    as_built: bool,
     exposure: Exposure,
     progressive: Progressive,
     prefix: String,
@@ -147,6 +151,8 @@ struct Worker {
     wanted: Wanted,
     shaders: Vec<(String, String)>,
     bench: Option<Bench>,
+    /// One whose shaders are those that the program was built with.
+    built: Option<Bench>,
     runs: Vec<Running>,
 }
 
@@ -199,17 +205,19 @@ impl Worker {
         }
     }
 
-    fn bench(&mut self) -> Result<&mut Bench, String> {
-        match &mut self.bench {
+    fn bench(&mut self, as_built: bool) -> Result<&mut Bench, String> {
+        let (bench, shaders): (_, &[_]) =
+            if as_built { (&mut self.built, &[]) } else { (&mut self.bench, &self.shaders) };
+        match bench {
             Some(bench) => Ok(bench),
-            empty => Ok(empty.insert(Bench::open(&self.adapter, &self.shaders)?)),
+            empty => Ok(empty.insert(Bench::open(&self.adapter, shaders)?)),
         }
     }
 
     /// Times the passes of a picture.
     fn time(&mut self, job: &Job) -> Result<Vec<PassTime>, String> {
         let lens = &job.subject.exposure.lens;
-        let (gpu, view) = self.bench()?.view(&job.subject)?;
+        let (gpu, view) = self.bench(job.as_built)?.view(&job.subject)?;
         let mut frame = gpu.frame();
         view.pinhole(&mut frame);
         view.z_bounds(&mut frame);
@@ -230,7 +238,7 @@ impl Worker {
     /// Draws a picture; `None` of one that converges, which is begun.
     fn draw(&mut self, job: &Job) -> Result<Option<Drawn>, String> {
         let lens = &job.subject.exposure.lens;
-        let (gpu, view) = self.bench()?.view(&job.subject)?;
+        let (gpu, view) = self.bench(job.as_built)?.view(&job.subject)?;
         // The pinhole image before all else: no method's time has it.
         let mut frame = gpu.frame();
         view.pinhole(&mut frame);
@@ -240,6 +248,7 @@ impl Worker {
         if let Some(progressive) = progressive {
             self.runs.push(Running {
                 ticket: job.ticket,
+                as_built: job.as_built,
                 exposure: job.subject.exposure.clone(),
                 progressive,
                 prefix: format!("{}/", job.method.about().id),
@@ -260,7 +269,9 @@ impl Worker {
 
     /// Adds lens points to the oldest picture that converges.
     fn go_on(&mut self, tell: &dyn Fn(u64, Told)) {
-        let (Some(run), Some(bench)) = (self.runs.first_mut(), &mut self.bench) else { return };
+        let Some(run) = self.runs.first_mut() else { return };
+        let bench = if run.as_built { &mut self.built } else { &mut self.bench };
+        let Some(bench) = bench else { return };
         let ticket = run.ticket;
         let gpu = bench.gpu.clone();
         let result = match bench.views.of(&run.exposure) {

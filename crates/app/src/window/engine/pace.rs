@@ -59,11 +59,13 @@ pub struct Limits {
 }
 
 impl Pace {
-    /// Times of another workload mean nothing for this one.
-    pub fn follow(&mut self, workload: &Workload) {
-        if self.of.as_ref() != Some(workload) {
+    /// Times of another workload mean nothing for this one; true if it is another.
+    pub fn follow(&mut self, workload: &Workload) -> bool {
+        let is_other = self.of.as_ref() != Some(workload);
+        if is_other {
             *self = Self { of: Some(workload.clone()), ..Self::default() };
         }
+        is_other
     }
 
     /// Whether nothing is known yet.

@@ -9,6 +9,7 @@ use super::pace::{Pace, Workload};
 use super::progress::{Progressive, passed_power_of_two, progressive};
 use super::reading::{Reading, channel_of};
 use super::request::{Development, Exposure, Request};
+use super::warm::{FrameTime, WarmTimes};
 use crate::window::model::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use defocus::combine;
 use defocus::display::Display;
@@ -49,6 +50,7 @@ pub struct Pane {
     place: Option<Place>,
     pub(super) error: Option<String>,
     pub(super) ms: Option<f64>,
+    times: WarmTimes,
     /// How many times smaller than in full the picture is drawn.
     pub(super) divisor: u32,
     pub(super) pace: Pace,
@@ -69,6 +71,15 @@ enum Kept {
     /// [`Method::explains`].
     Explained,
     Everything,
+}
+
+/// What of a method's textures someone wants to be told of, beside what its pane shows.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Told {
+    /// What it did at each pixel.
+    pub explained: bool,
+    /// All of them.
+    pub everything: bool,
 }
 
 fn explains(method: &MethodChoice) -> &'static [&'static str] {
@@ -110,6 +121,7 @@ impl Pane {
             place: None,
             error: None,
             ms: None,
+            times: WarmTimes::default(),
             divisor: 1,
             pace: Pace::default(),
             errand: None,
@@ -120,10 +132,11 @@ impl Pane {
         }
     }
 
-    /// Takes over a changed state; the picture stays until there is another. `explain`: what
-    /// the method did at each pixel is wanted too.
-    pub(super) fn follow(&mut self, state: &PaneState, explain: bool, size: UVec2) {
-        self.pace.follow(&Workload { method: state.method.clone(), size });
+    /// Takes over a changed state; the picture stays until there is another.
+    pub(super) fn follow(&mut self, state: &PaneState, told: Told, size: UVec2) {
+        if self.pace.follow(&Workload { method: state.method.clone(), size }) {
+            self.times = WarmTimes::default();
+        }
         if self.state.method != state.method {
             self.made_for = None;
             self.ms = None;
@@ -131,7 +144,8 @@ impl Pane {
         }
         self.wanted_kept = match state.show {
             Show::Inside(_) => Kept::Everything,
-            _ if explain && !self.explains.is_empty() => Kept::Explained,
+            _ if told.everything => Kept::Everything,
+            _ if told.explained && !self.explains.is_empty() => Kept::Explained,
             _ => Kept::Nothing,
         };
         if self.wanted_kept > self.kept {
@@ -157,6 +171,7 @@ impl Pane {
     /// Takes in how long a picture took: `ms` of the GPU, `waited_ms` in all.
     pub(super) fn learn(&mut self, divisor: u32, ms: f64, waited_ms: f64, blur_px: f64) {
         self.ms = Some(ms);
+        self.times.take(divisor, ms);
         self.pace.learn(divisor, waited_ms, blur_px);
     }
 
@@ -203,6 +218,12 @@ impl Pane {
     /// GPU time of the method's last frame, ms; of a reference, of one lens point.
     pub fn ms(&self) -> Option<f64> {
         self.ms
+    }
+
+    /// Median GPU time of the method's last frames of this kind and size, or the time of its
+    /// first; of a reference, of one lens point.
+    pub fn time(&self) -> Option<FrameTime> {
+        self.times.told()
     }
 
     /// Lens points that a reference has and will have.

@@ -137,6 +137,11 @@ impl Engine {
         self.source.as_ref()
     }
 
+    /// Which scene or image and which shaders there are: another number for others.
+    pub fn world(&self) -> u64 {
+        self.world
+    }
+
     /// Shows something else from the next [`Engine::update`] on.
     pub fn set_source(&mut self, source: GpuSource) {
         self.source = Some(source);

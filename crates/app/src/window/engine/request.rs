@@ -22,6 +22,11 @@ pub struct Exposure {
 }
 
 impl Exposure {
+    /// What `document` asks for in a picture of `size` px through `lens`.
+    pub fn of(document: &Document, size: UVec2, lens: Lens) -> Self {
+        Self { camera: document.camera, size: size.max(UVec2::ONE), overscan_px: document.overscan_px, lens }
+    }
+
     /// The same `divisor` times smaller: lengths in pixels shrink with the picture, so that
     /// the blur covers the same part of it.
     pub(super) fn coarser(&self, divisor: u32) -> Self {
@@ -77,6 +82,8 @@ pub struct Request {
     pub reference: Option<PaneId>,
     /// Whether methods are to tell what they did at each pixel.
     pub explain: bool,
+    /// The pane whose method is to keep every texture that it makes.
+    pub story: Option<PaneId>,
     /// The one that is brought up to date first, where not all can be at once.
     pub first: PaneId,
     /// Whether the person is at mouse or keys: a reference waits where a step of it takes
@@ -97,12 +104,7 @@ impl Request {
             reference = Some(PaneId::HIDDEN);
         }
         Self {
-            exposure: Exposure {
-                camera: document.camera,
-                size: size.max(UVec2::ONE),
-                overscan_px: document.overscan_px,
-                lens: document.lens.clone(),
-            },
+            exposure: Exposure::of(document, size, document.lens.clone()),
             development: Development {
                 display: document.display,
                 viewing: document.viewing(),
@@ -114,6 +116,7 @@ impl Request {
             visible: document.visible(),
             reference,
             explain: false,
+            story: None,
             first,
             held: false,
             is_moving: false,

@@ -1,13 +1,14 @@
 //! What is drawn next: which panes, how large, in this frame or beside the interface.
 
 use super::pace::Limits;
-use super::pane::Pane;
+use super::pane::{Pane, Told};
 use super::renderer::Engine;
 use super::request::Request;
 use super::tempo::{DISPLAY_INTERVAL_MS, STEP_BUDGET_MS};
 use super::views::Which;
-use crate::window::model::PaneId;
+use crate::window::model::{MethodChoice, PaneId};
 use defocus::methods::MethodError;
+use std::collections::BTreeMap;
 use std::time::Instant;
 
 /// Frames of the first pane for one of another, where not all can be rendered in each.
@@ -27,6 +28,12 @@ enum Plan {
     Here(u32),
     /// Its full picture, beside the interface.
     Beside,
+}
+
+/// Whether a method is to be drawn with other shaders than this engine's, which only the device
+/// beside has.
+pub(super) fn is_built_elsewhere(method: &MethodChoice, replaced: &BTreeMap<String, String>) -> bool {
+    method.as_built && !replaced.is_empty()
 }
 
 impl Engine {
@@ -94,6 +101,10 @@ impl Engine {
         if pane.made_for.as_ref() == Some(&request.exposure) {
             return None;
         }
+        if is_built_elsewhere(&pane.state.method, &self.shaders) {
+            // Drawn once nothing moves: each picture waits for another device.
+            return (!request.is_moving).then_some(Plan::Beside);
+        }
         if !pane.pace.is_slow(blur_px, limits) {
             return Some(Plan::Here(1));
         }
@@ -145,11 +156,9 @@ impl Engine {
         self.panes.retain(|id, _| request.pane(*id).is_some());
         self.colors.retain(|id, _| request.pane(*id).is_some());
         for state in &request.panes {
-            self.panes.entry(state.id).or_insert_with(|| Pane::new(state)).follow(
-                state,
-                request.explain,
-                request.exposure.size,
-            );
+            let told = Told { explained: request.explain, everything: request.story == Some(state.id) };
+            let pane = self.panes.entry(state.id).or_insert_with(|| Pane::new(state));
+            pane.follow(state, told, request.exposure.size);
         }
         for (id, pane) in &mut self.panes {
             // What is not needed does not go on converging.

@@ -63,6 +63,22 @@ impl Engine {
         }
     }
 
+    /// [`Engine::color`] where it was read back already.
+    pub fn known_color(&self, id: PaneId) -> Option<&ColorImage> {
+        let revision = self.panes.get(&id)?.revision;
+        self.colors.get(&id).filter(|(of, _)| *of == revision).map(|(_, color)| color.as_ref())
+    }
+
+    /// `lens`, opened so far that the picture from `camera` in a frame of `size` has a mean CoC
+    /// of `mean_px`; `None` where nothing is blurred whatever E is.
+    pub fn lens_with_mean_coc(&self, camera: Option<Camera>, size: UVec2, lens: &Lens, mean_px: f64) -> Option<Lens> {
+        let mut view = self.source.as_ref()?.view(0, size, 0, None).ok()?;
+        if let Some(camera) = camera {
+            view.set_camera(camera);
+        }
+        lens.with_mean_coc(mean_px, view.depth_m(&self.gpu).pixels.iter().copied())
+    }
+
     /// A lens that suits the source seen by `camera` in a frame of `size`, on a display that
     /// shows it under the angle under which it was taken.
     ///

@@ -3,6 +3,7 @@
 //! What belongs to the person and not to the picture is in [`super::Preferences`];
 //! everything else the window has is computed from the two and can be thrown away.
 
+use super::batch::{BatchRow, MOST_BATCH_ROWS};
 use super::focus::FocusSettings;
 use super::method::MethodChoice;
 use super::pane::{DEFAULT_OPACITY, PaneState};
@@ -86,6 +87,8 @@ pub struct Document {
     pub coc_scale_px: f32,
     /// Margin drawn around the picture so that blur can come in from outside, px.
     pub overscan_px: u32,
+    /// States to be run one after the other.
+    pub batch: Vec<BatchRow>,
 }
 
 impl Default for Document {
@@ -119,6 +122,7 @@ impl Default for Document {
             coc_scale_fits: true,
             coc_scale_px: 32.0,
             overscan_px: 32,
+            batch: Vec::new(),
         }
     }
 }
@@ -156,6 +160,8 @@ impl Document {
         self.lens.eye = self.lens.eye.repaired();
         self.acceptable_coc_px = positive_or(self.acceptable_coc_px, Self::default().acceptable_coc_px);
         self.coc_scale_px = positive_or(self.coc_scale_px, Self::default().coc_scale_px);
+        self.batch.truncate(MOST_BATCH_ROWS);
+        self.batch = self.batch.into_iter().map(BatchRow::repaired).collect();
         for pane in &mut self.panes {
             pane.opacity = if pane.opacity.is_nan() { DEFAULT_OPACITY } else { pane.opacity.clamp(0.0, 1.0) };
         }
@@ -261,6 +267,23 @@ impl Document {
     /// Under what angle and in what light pictures are judged.
     pub fn viewing(&self) -> Viewing {
         Viewing::of(&self.lens, self.screen).with_ppd(self.ppd)
+    }
+
+    /// Adds the present aperture and focus with each of `methods`, unless a row has them.
+    pub fn add_to_batch(&mut self, methods: impl IntoIterator<Item = MethodChoice>) {
+        let Lens { aperture_diameter_mm: aperture_mm, focus_distance_m: focus_m, .. } = self.lens;
+        for method in methods {
+            let row = BatchRow { aperture_mm, focus_m, method };
+            if self.batch.len() < MOST_BATCH_ROWS && !self.batch.contains(&row) {
+                self.batch.push(row);
+            }
+        }
+    }
+
+    /// What files about it are called: the scene's name, or its file's.
+    pub fn name(&self) -> String {
+        let stem = std::path::Path::new(&self.scene).file_stem();
+        stem.map_or_else(|| "defocus".into(), |stem| stem.to_string_lossy().into_owned())
     }
 
     /// Whether nothing of it was chosen for its scene yet: neither camera nor lens.

@@ -15,18 +15,22 @@ pub struct MethodChoice {
     /// Values by key, as text that [`methods::set_param`] takes.
     #[serde(default)]
     pub params: BTreeMap<String, String>,
+    /// Whether it is drawn with the shaders that the program was built with, also where others
+    /// were read since.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub as_built: bool,
 }
 
 impl MethodChoice {
     /// The method with its default parameters.
     pub fn new(id: &str) -> Self {
-        Self { id: id.into(), params: BTreeMap::new() }
+        Self { id: id.into(), params: BTreeMap::new(), as_built: false }
     }
 
     /// The reference: accumulation over [`REFERENCE_SAMPLES`] lens points.
     pub fn reference() -> Self {
         let params = [("samples".to_owned(), REFERENCE_SAMPLES.to_string())];
-        Self { id: "accumulation".into(), params: params.into() }
+        Self { id: "accumulation".into(), params: params.into(), as_built: false }
     }
 
     /// The method itself.

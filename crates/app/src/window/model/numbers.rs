@@ -1,5 +1,7 @@
 //! Numbers as text, and text with its unit as numbers.
 
+use defocus::methods::{Quantity, Scale};
+
 /// A number with three significant digits, or more where it is large.
 pub fn significant(v: f64) -> String {
     if v.is_infinite() {
@@ -8,6 +10,18 @@ pub fn significant(v: f64) -> String {
     let digits = if v == 0.0 { 0 } else { (2.0 - v.abs().log10().floor()).clamp(0.0, 6.0) as usize };
     let text = format!("{v:.digits$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
+}
+
+/// A stored value as a number with its unit, or as the name of its class.
+pub fn quantity_text(quantity: &Quantity, value: f32) -> String {
+    if let Scale::Classes(classes) = quantity.scale
+        && let Some((_, name)) = classes.iter().find(|(known, _)| *known == value)
+    {
+        return (*name).to_owned();
+    }
+    let shown = f64::from(value * quantity.one);
+    let sign = if shown < 0.0 { "−" } else { "" };
+    format!("{sign}{}{}", significant(shown.abs()), quantity.unit)
 }
 
 /// Lengths by their units, metres.

@@ -28,6 +28,13 @@ pub struct Preferences {
     pub recent: Vec<PathBuf>,
     /// Whether the shaders are watched while the program runs from its source tree.
     pub reload_shaders: bool,
+    /// Whether only the picture is shown, with a strip of aperture and focus.
+    pub panels_hidden: bool,
+    /// Parts of the panel beside the picture that are unfolded at first, beside those that
+    /// always are.
+    pub open_groups: Vec<String>,
+    /// Size of the interface, as a multiple of the normal one.
+    pub ui_scale: f32,
 }
 
 impl Default for Preferences {
@@ -41,6 +48,9 @@ impl Default for Preferences {
             own_lenses: Vec::new(),
             recent: Vec::new(),
             reload_shaders: false,
+            panels_hidden: false,
+            open_groups: Vec::new(),
+            ui_scale: 1.0,
         }
     }
 }

@@ -84,6 +84,16 @@ pub fn read(file: &Path) -> Result<Document, StateError> {
     Ok(saved.document.repaired())
 }
 
+/// A state as text, which [`read`] reads from a file.
+///
+/// # Errors
+///
+/// None in practice: a document is plain data.
+pub fn text(document: &Document) -> Result<String, ron::Error> {
+    let saved = Saved { defocus_state: FORMAT, document: document.clone() };
+    ron::ser::to_string_pretty(&saved, Default::default())
+}
+
 /// Keeps a state.
 ///
 /// # Errors
@@ -91,8 +101,7 @@ pub fn read(file: &Path) -> Result<Document, StateError> {
 /// The file, the cause and the remedy.
 pub fn write(file: &Path, document: &Document) -> Result<(), StateError> {
     let failed = |cause: String| StateError::Unwritable { file: file.into(), cause };
-    let saved = Saved { defocus_state: FORMAT, document: document.clone() };
-    let text = ron::ser::to_string_pretty(&saved, Default::default()).map_err(|e| failed(e.to_string()))?;
+    let text = text(document).map_err(|e| failed(e.to_string()))?;
     write_atomically(file, |out| writeln!(out, "{text}")).map_err(|e| failed(e.to_string()))
 }
 
@@ -242,6 +251,7 @@ pub fn left_out(document: &Document) -> Vec<&'static str> {
         (document.stereo.is_some() && document.camera.is_some() && compares(document, &methods), "the right eye"),
         (document.panes.iter().any(|p| p.show != Show::Picture), "overlays and differences"),
         (document.channel != Default::default(), "the choice of a channel"),
+        (document.panes.iter().any(|p| p.method.as_built), "which build of the shaders"),
         (methods.len() < shown, "further panes of one method"),
         (references > 1 && document.panes.len() > 1, "further references"),
         (references > 0 && document.camera.is_none() && methods.len() < document.panes.len(), "the reference"),
@@ -264,6 +274,7 @@ fn distinct(document: &Document) -> Vec<&PaneState> {
 fn depth_words(depth: &DepthArgs, words: &mut Vec<String>) {
     let named = [("--layer", &depth.layer), ("--depth-layer", &depth.depth_layer)];
     words.extend(named.into_iter().filter_map(|(option, name)| Some([option.into(), name.clone()?])).flatten());
+    words.extend(depth.scene_scale.map(|factor| ["--scene-scale".into(), factor.to_string()]).into_iter().flatten());
     let Some(file) = &depth.file else { return };
     words.extend(["--depth".into(), file.to_string_lossy().into_owned()]);
     let range = |kind: &str, near: f64, far: f64| {

@@ -47,6 +47,34 @@ fn color_text(ctx: &egui::Context) {
     }
 }
 
+/// Least contrast of text against what is behind it (WCAG 2, level AA).
+pub const LEAST_CONTRAST: f64 = 4.5;
+
+/// Relative luminance as WCAG 2 defines it.
+fn luminance(color: Color32) -> f64 {
+    let linear = |v: u8| {
+        let v = f64::from(v) / 255.0;
+        if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+    };
+    0.2126 * linear(color.r()) + 0.7152 * linear(color.g()) + 0.0722 * linear(color.b())
+}
+
+/// Contrast of two opaque colours, from 1 to 21 (WCAG 2).
+pub fn contrast(a: Color32, b: Color32) -> f64 {
+    let [a, b] = [a, b].map(luminance);
+    (a.max(b) + 0.05) / (a.min(b) + 0.05)
+}
+
+/// A colour that means something, brought as near to black or white as text on `ground` needs to
+/// be read, and no nearer.
+pub fn readable(color: Color32, ground: Color32) -> Color32 {
+    const STEPS: u32 = 32;
+    let end = if luminance(ground) > 0.18 { Color32::BLACK } else { Color32::WHITE };
+    let steps = (0..=STEPS).map(|step| color.lerp_to_gamma(end, step as f32 / STEPS as f32));
+    let mut readable = steps.filter(|mixed| contrast(*mixed, ground) >= LEAST_CONTRAST);
+    readable.next().unwrap_or(end)
+}
+
 /// Sets up a context; to be called once, before anything is shown.
 pub fn apply(ctx: &egui::Context) {
     color_text(ctx);
@@ -79,20 +107,6 @@ pub fn apply(ctx: &egui::Context) {
 mod tests {
     use super::*;
 
-    /// Relative luminance as WCAG 2 defines it.
-    fn luminance(color: Color32) -> f64 {
-        let linear = |v: u8| {
-            let v = f64::from(v) / 255.0;
-            if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-        };
-        0.2126 * linear(color.r()) + 0.7152 * linear(color.g()) + 0.0722 * linear(color.b())
-    }
-
-    fn contrast(a: Color32, b: Color32) -> f64 {
-        let [a, b] = [a, b].map(luminance);
-        (a.max(b) + 0.05) / (a.min(b) + 0.05)
-    }
-
     #[test]
     fn every_text_can_be_read_on_every_ground() {
         let ctx = egui::Context::default();
@@ -115,6 +129,18 @@ mod tests {
                     let ratio = contrast(color, fill);
                     assert!(ratio >= 4.5, "{theme:?}: {name} on {ground} has {ratio:.2}:1");
                 }
+            }
+            let selection = contrast(visuals.selection.stroke.color, visuals.selection.bg_fill);
+            assert!(selection >= LEAST_CONTRAST, "{theme:?}: what is chosen has {selection:.2}:1");
+            let striped = visuals.panel_fill.blend(visuals.faint_bg_color);
+            for (name, color) in texts {
+                let ratio = contrast(color, striped);
+                assert!(ratio >= LEAST_CONTRAST, "{theme:?}: {name} in a striped row has {ratio:.2}:1");
+            }
+            for visibility in defocus_study::metrics::Visibility::ALL {
+                let [r, g, b] = visibility.srgb8();
+                let ratio = contrast(readable(Color32::from_rgb(r, g, b), visuals.panel_fill), visuals.panel_fill);
+                assert!(ratio >= LEAST_CONTRAST, "{theme:?}: {} has {ratio:.2}:1", visibility.word());
             }
             let widgets = &visuals.widgets;
             for widget in [&widgets.inactive, &widgets.hovered, &widgets.active, &widgets.open] {

@@ -1,6 +1,6 @@
 //! Times of the last frames as a running plot and as numbers.
 
-use crate::window::engine::{FRAMES_KEPT, History};
+use crate::window::engine::{FRAMES_KEPT, History, Quantiles};
 use defocus::gpu::{FrameStats, PassTime};
 use eframe::egui;
 use egui_plot::{Legend, Line, Plot};
@@ -47,11 +47,16 @@ pub fn show(ui: &mut egui::Ui, history: &History, stats: &FrameStats) {
     for text in work(stats) {
         ui.label(egui::RichText::new(text).small().weak()).on_hover_text("What the last frame consisted of");
     }
-    for (what, times) in &stats.skipped {
-        let times = if *times > 1 { format!(" ({times} times)") } else { String::new() };
-        let text = egui::RichText::new(format!("skipped: {what}{times}")).small().weak();
-        ui.label(text).on_hover_text("Work that the last frame did not need");
-    }
+    let skipped = stats.skipped.iter().map(|(what, times)| format!("{what} ({times})"));
+    let skipped: Vec<String> = skipped.collect();
+    // One line whatever was skipped: what stands below does not move.
+    let text = match skipped.len() {
+        0 => "nothing was skipped".to_owned(),
+        1 => "one kind of work was skipped".to_owned(),
+        n => format!("{n} kinds of work were skipped"),
+    };
+    let help = format!("Work that the last frame did not need\n\n{}", skipped.join("\n"));
+    ui.label(egui::RichText::new(text).small().weak()).on_hover_text(help);
 }
 
 /// What a frame consisted of: the counts that `defocus profile` prints.
@@ -68,7 +73,7 @@ fn work(stats: &FrameStats) -> [String; 3] {
 fn plot(ui: &mut egui::Ui, history: &History) {
     // Lines for the passes that matter: more cannot be told apart.
     const LINES: usize = 4;
-    let mut passes = history.passes();
+    let mut passes = single_passes(history);
     passes.sort_by(|a, b| b.1.median.total_cmp(&a.1.median));
     let color = ui.visuals().text_color();
     let plot = Plot::new("frame times")
@@ -92,6 +97,11 @@ fn plot(ui: &mut egui::Ui, history: &History) {
             }
         });
     plot.response.accessible_name("Times of the last frames");
+}
+
+/// The passes, without the whole frame, which is all that a software adapter times.
+fn single_passes(history: &History) -> Vec<(&str, Quantiles)> {
+    history.passes().into_iter().filter(|(label, _)| *label != defocus::gpu::WHOLE_FRAME).collect()
 }
 
 /// A label without its method: "mipmap/blur" is told apart by its end.
@@ -118,7 +128,7 @@ fn table(ui: &mut egui::Ui, history: &History) {
         ui.end_row();
         let whole = [("whole frame, GPU", history.gpu()), ("recording, CPU", history.cpu())];
         let whole = whole.into_iter().filter_map(|(label, q)| Some((label, q?)));
-        for (label, quantiles) in whole.chain(history.passes()) {
+        for (label, quantiles) in whole.chain(single_passes(history)) {
             ui.scope(|ui| {
                 ui.set_min_width(name_width);
                 ui.set_max_width(name_width);

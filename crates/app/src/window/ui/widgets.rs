@@ -1,31 +1,41 @@
 //! Rows of a name and an input, the one labelled by the other.
 
+use super::named::named;
 use super::panels::Field;
-use super::style::NAME_WIDTH;
 use defocus::methods::{Param, Value};
-use eframe::egui::{Align, ComboBox, Label, Layout, Response, Ui, vec2};
+use eframe::egui::{Align, CollapsingHeader, ComboBox, Label, Response, RichText, Ui};
 
 /// Height of an open list, points: all methods are in sight.
 const LIST_HEIGHT: f32 = 460.0;
 
+/// A part of a panel that can be folded; `open`: whether it is unfolded at first. What stands
+/// after a colon in the title may change: it is the same part.
+pub fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) -> R) {
+    revealed(ui, title, open, false, add);
+}
+
+/// The same; `reveal`: it is unfolded now, and brought into sight.
+pub fn revealed<R>(ui: &mut Ui, title: &str, open: bool, reveal: bool, add: impl FnOnce(&mut Ui) -> R) {
+    let id = title.split(':').next().unwrap_or(title).to_owned();
+    let header = CollapsingHeader::new(RichText::new(title).strong()).id_salt(id).default_open(open);
+    let shown = header.open(reveal.then_some(true)).show_unindented(ui, |ui| {
+        ui.add_space(2.0);
+        add(ui);
+        ui.add_space(6.0);
+    });
+    if reveal {
+        shown.header_response.scroll_to_me(Some(Align::TOP));
+    }
+}
+
 /// A name, then whatever `add` adds, labelled by it.
 pub fn row(ui: &mut Ui, name: &str, help: &str, add: impl FnOnce(&mut Ui) -> Response) -> Response {
-    ui.horizontal(|ui| {
-        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
-        let label = ui
-            .allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                ui.set_min_width(NAME_WIDTH);
-                ui.add(Label::new(name).truncate())
-            })
-            .inner;
-        let response = add(ui).labelled_by(label.id);
-        if help.is_empty() {
-            return response;
-        }
-        label.on_hover_text(help);
-        response.on_hover_text(help)
-    })
-    .inner
+    let (label, response) = named(ui, Label::new(name), name, |ui, label| add(ui).labelled_by(label));
+    if help.is_empty() {
+        return response;
+    }
+    label.on_hover_text(help);
+    response.on_hover_text(help)
 }
 
 /// A choice from a list of names; true if another one was chosen.

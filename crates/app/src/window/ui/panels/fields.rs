@@ -1,8 +1,8 @@
 //! Rows of a name, a slider and an exact number, which a double-click on the name resets.
 
 use crate::window::model::numbers::{OtherUnit, exact, parsed, significant};
-use crate::window::ui::style::NAME_WIDTH;
-use eframe::egui::{Align, DragValue, Id, Label, Layout, Response, RichText, Sense, Slider, SliderClamping, Ui, vec2};
+use crate::window::ui::named::named;
+use eframe::egui::{Color32, DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, TextStyle, Ui};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
@@ -111,9 +111,15 @@ impl Field<'_> {
             Some(least) => 0.01 * before.abs().clamp(least, LARGEST_FINITE),
             None => (self.range.end() - self.range.start()) / 300.0,
         };
+        // A unit that has no room beside the number is told with the help: a wider field would push
+        // everything below it out of the panel.
+        let font = TextStyle::Button.resolve(ui.style());
+        let text = format!("{}{}", significant(before), self.unit);
+        let width = ui.fonts_mut(|fonts| fonts.layout_no_wrap(text, font, Color32::PLACEHOLDER).size().x);
+        let has_room = width + 2.0 * ui.spacing().button_padding.x <= NUMBER_WIDTH;
         let drag = DragValue::new(value)
             .speed(speed)
-            .suffix(self.unit)
+            .suffix(if has_room { self.unit } else { "" })
             .update_while_editing(false)
             .custom_formatter(move |v, _| if is_edited { exact(v) } else { significant(v) })
             .custom_parser(|text| match parsed(text, self.unit, others) {
@@ -126,25 +132,15 @@ impl Field<'_> {
                 }
             });
         let response = ui.add(drag);
+        let response = if has_room { response } else { response.on_hover_text(format!("In{}.", self.unit)) };
         (response, error.into_inner())
     }
 }
 
 /// A name, then what `add` adds, which it labels by the name's id; the name's response.
 fn labelled_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui, Id)) -> Response {
-    ui.horizontal(|ui| {
-        let size = vec2(NAME_WIDTH, ui.spacing().interact_size.y);
-        let label = ui
-            .allocate_ui_with_layout(size, Layout::left_to_right(Align::Center), |ui| {
-                ui.set_min_width(NAME_WIDTH);
-                let name = RichText::new(name).color(ui.visuals().text_color());
-                ui.add(Label::new(name).truncate().selectable(false).sense(Sense::click()))
-            })
-            .inner;
-        add(ui, label.id);
-        label
-    })
-    .inner
+    let text = RichText::new(name).color(ui.visuals().text_color());
+    named(ui, Label::new(text).selectable(false).sense(Sense::click()), name, add).0
 }
 
 /// A name, then whatever `add` adds, labelled by it; the name's response.
@@ -162,11 +158,12 @@ pub fn fit_slider(ui: &mut Ui) {
     ui.spacing_mut().slider_width = (ui.available_width() - NUMBER_WIDTH - spacing).max(40.0);
 }
 
-/// A distance in metres with its unit, in centimetres where that reads better.
+/// A distance in metres with its unit; in centimetres only what is nearer than a hand's breadth, so
+/// that the same distance reads the same everywhere.
 pub fn distance_text(distance_m: f64) -> String {
     match distance_m {
         d if d.is_infinite() => "∞".into(),
-        d if d.abs() < 0.995 => format!("{} cm", significant(d * 100.0)),
+        d if d.abs() < 0.0995 => format!("{} cm", significant(d * 100.0)),
         d => format!("{} m", significant(d)),
     }
 }

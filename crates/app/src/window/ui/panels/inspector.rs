@@ -31,6 +31,9 @@ pub struct PaneValue {
     /// What the method did there, and what the pane shows from inside it: names and values
     /// with their units.
     pub numbers: Vec<(String, String)>,
+    /// How many times smaller than in full the picture is that they are of: lengths in pixels
+    /// are those of that picture.
+    pub divisor: u32,
 }
 
 /// Everything that is known of a pixel.
@@ -153,7 +156,7 @@ fn numbers(ui: &mut Ui, inspection: &Inspection, lens: &Lens) {
 
 /// Every pane's value: linear, then as displayed.
 fn values(ui: &mut Ui, inspection: &Inspection, display: &Display) {
-    for PaneValue { name, color, numbers } in &inspection.panes {
+    for PaneValue { name, color, numbers, divisor } in &inspection.panes {
         ui.add(egui::Label::new(RichText::new(name).small().weak()).truncate());
         ui.horizontal(|ui| {
             let rgb = color.to_array().map(|v| significant(f64::from(v))).join(" ");
@@ -165,6 +168,11 @@ fn values(ui: &mut Ui, inspection: &Inspection, display: &Display) {
             ui.label(encoded).on_hover_text("As displayed, with exposure and tone map.");
         });
         ui.horizontal_wrapped(|ui| {
+            if *divisor > 1 && !numbers.is_empty() {
+                let text = RichText::new(format!("in the picture at 1/{divisor}:")).small();
+                let help = "The full picture was drawn beside the interface, on a device that keeps nothing of what is inside the method.";
+                ui.label(text.color(ui.visuals().warn_fg_color)).on_hover_text(help);
+            }
             for (name, value) in numbers {
                 ui.weak(name);
                 let value = ui.label(RichText::new(value).monospace());

@@ -6,11 +6,15 @@ use super::plot::{PlotReadings, coc_plot};
 use super::presets::{PresetChoice, PresetList, same_but_focus};
 use crate::window::model::DistanceUnit;
 use crate::window::model::numbers::{OtherUnit, significant};
+use crate::window::ui::widgets::group;
 use defocus::focus::dioptres;
 use defocus::lens::Lens;
 use defocus::presets::LensPreset;
-use eframe::egui::{RichText, Ui};
+use eframe::egui::{Align, Layout, RichText, Ui, vec2};
 use glam::UVec2;
+
+/// The part of the panel with what is rarely changed.
+pub const OPTICS: &str = "Optics and display";
 
 /// Greatest mean CoC on the slider, px.
 const MAX_MEAN_COC_PX: f64 = 40.0;
@@ -61,6 +65,8 @@ pub struct LensPanel {
     pub unit: DistanceUnit,
     /// Whether the display is given by field of view and resolution instead of DPI.
     pub display_by_view: bool,
+    /// Whether what is rarely changed is folded at first.
+    pub optics_folded: bool,
     /// What fields are reset to: the preset chosen last, or the lens that suits the scene.
     base: Option<Lens>,
     /// Resolution of the display, px, where it is given so; that of the picture without.
@@ -100,10 +106,13 @@ impl LensPanel {
         }
         limits(ui, lens, readings.acceptable_px);
         changes.lens |= mean_coc(ui, lens, readings.depths_m);
-        changes.lens |= optics(ui, lens, &base);
-        ui.separator();
-        changes.lens |= self.display(ui, lens, &base, readings.size_px.x.max(1));
+        changes.lens |= aperture(ui, lens, &base);
         changes.camera_fov_x = true_view(ui, lens, readings, &mut changes.lens);
+        group(ui, OPTICS, !self.optics_folded, |ui| {
+            changes.lens |= optics(ui, lens, &base);
+            ui.separator();
+            changes.lens |= self.display(ui, lens, &base, readings.size_px.x.max(1));
+        });
         self.base = Some(base);
         changes
     }
@@ -217,13 +226,23 @@ impl LensPanel {
     }
 }
 
-/// E, N, F and dr.
+/// E.
+fn aperture(ui: &mut Ui, lens: &mut Lens, base: &Lens) -> bool {
+    let field = Field {
+        name: "Aperture E",
+        help: "E: effective diameter of the aperture, the pupil; 0 is a pinhole. All blur is proportional to it: K = DPI ds/dr E F / (df - F).",
+        unit: " mm",
+        range: 0.0..=200.0,
+        log: Some(0.01),
+        reset: Some(base.aperture_diameter_mm),
+    };
+    field.show(ui, &mut lens.aperture_diameter_mm)
+}
+
+/// N, F and dr.
 fn optics(ui: &mut Ui, lens: &mut Lens, base: &Lens) -> bool {
     let field = |name, help, unit, range, log, reset| Field { name, help, unit, range, log, reset };
-    let help = "E: effective diameter of the aperture, the pupil; 0 is a pinhole. All blur is proportional to it: K = DPI ds/dr E F / (df - F).";
-    let reset = Some(base.aperture_diameter_mm);
-    let mut changed =
-        field("Aperture E", help, " mm", 0.0..=200.0, Some(0.01), reset).show(ui, &mut lens.aperture_diameter_mm);
+    let mut changed = false;
     let help = "N = F / E: the same aperture as photographers write it, f/N. Infinite for a pinhole.";
     let mut f_number = lens.f_number();
     let reset = Some(base.f_number()).filter(|n| n.is_finite());
@@ -282,8 +301,19 @@ fn limits(ui: &mut Ui, lens: &Lens, acceptable_px: f64) {
 }
 
 /// Warns where the display shows the picture under another angle than the camera took it,
-/// and offers to make either true. The camera's new field of view, radians.
+/// and offers to make either true. The camera's new field of view, radians. The line has its
+/// place also where there is nothing to warn of: what stands below does not move.
 fn true_view(ui: &mut Ui, lens: &mut Lens, readings: LensReadings<'_>, changed: &mut bool) -> Option<f64> {
+    let size = vec2(ui.available_width(), ui.spacing().interact_size.y);
+    let layout = Layout::left_to_right(Align::Center);
+    ui.allocate_ui_with_layout(size, layout, |ui| {
+        ui.set_min_size(size);
+        view_warning(ui, lens, readings, changed)
+    })
+    .inner
+}
+
+fn view_warning(ui: &mut Ui, lens: &mut Lens, readings: LensReadings<'_>, changed: &mut bool) -> Option<f64> {
     let camera_fov = readings.fov_x?;
     let display_fov = lens.display_fov_x(readings.size_px.x.max(1));
     let different = ((camera_fov - display_fov) / camera_fov).abs() > SAME_VIEW;
@@ -291,26 +321,24 @@ fn true_view(ui: &mut Ui, lens: &mut Lens, readings: LensReadings<'_>, changed: 
         return None;
     }
     let angle = |radians: f64| format!("{}°", significant(radians.to_degrees()));
-    let text = format!(
-        "The camera sees {}, but on this display the picture spans {}: blur and perspective are not those of one eye.",
-        angle(camera_fov),
-        angle(display_fov)
+    let (seen, shown) = (angle(camera_fov), angle(display_fov));
+    let help = format!(
+        "The camera sees {seen}, but on this display the picture spans {shown}: blur and perspective are not those of one eye."
     );
-    ui.label(RichText::new(text).small().color(ui.visuals().warn_fg_color));
+    let text = RichText::new(format!("{seen} shown as {shown}")).small().color(ui.visuals().warn_fg_color);
+    ui.label(text).on_hover_text(help);
     let mut wanted = None;
-    ui.horizontal(|ui| {
-        if readings.has_camera {
-            let help = "Gives the camera the field of view under which the display shows the picture.";
-            if ui.button("Fit the camera").on_hover_text(help).clicked() {
-                let (low, high) = (FOV_DEG.0.to_radians(), FOV_DEG.1.to_radians());
-                wanted = Some(display_fov.clamp(low, high));
-            }
+    if readings.has_camera {
+        let help = "Gives the camera the field of view under which the display shows the picture.";
+        if ui.small_button("Fit the camera").on_hover_text(help).clicked() {
+            let (low, high) = (FOV_DEG.0.to_radians(), FOV_DEG.1.to_radians());
+            wanted = Some(display_fov.clamp(low, high));
         }
-        let help = "Gives the display the density at which the picture spans the camera's field of view.";
-        if ui.button("Fit the display").on_hover_text(help).clicked() {
-            *lens = lens.with_display_fov_x(readings.size_px.x.max(1), camera_fov);
-            *changed = true;
-        }
-    });
+    }
+    let help = "Gives the display the density at which the picture spans the camera's field of view.";
+    if ui.small_button("Fit the display").on_hover_text(help).clicked() {
+        *lens = lens.with_display_fov_x(readings.size_px.x.max(1), camera_fov);
+        *changed = true;
+    }
     wanted
 }

@@ -4,22 +4,34 @@
 //! without a GPU.
 
 mod aperture;
+mod batch;
 mod eye;
 mod fields;
 mod focus;
 mod inspector;
 mod lens;
+mod lesson;
+mod paper;
 mod plot;
 mod presets;
+mod scale;
+mod story;
+mod strip;
 mod vr;
 
 pub use aperture::{ApertureChange, aperture_panel};
+pub use batch::{BatchAction, BatchCells, BatchView, batch_panel};
 pub use eye::{EyeSettings, eye_panel};
 pub(in crate::window) use fields::fit_slider;
 pub use fields::{Field, distance_text};
 pub use focus::{Focusing, Follow, focus_panel};
 pub use inspector::{Inspection, PaneValue, image_histogram, inspector_panel, neighbourhood};
-pub use lens::{LensChanges, LensPanel, LensReadings};
+pub use lens::{LensChanges, LensPanel, LensReadings, OPTICS};
+pub use lesson::{LessonAction, LessonView, lesson_card};
+pub use paper::{PaperAction, PaperView, paper_form};
 pub use plot::{PlotReadings, coc_plot};
-pub use presets::{PresetList, same_but_focus};
-pub use vr::{VrReadings, refresh_text, vr_panel};
+pub use presets::{PresetList, preset_label, same_but_focus};
+pub use scale::{ScaleAction, ScaleView, scale_offer};
+pub use story::story_panel;
+pub use strip::{StripAction, StripView, strip};
+pub use vr::{VrAction, VrReadings, refresh_text, vr_panel};

@@ -1,7 +1,7 @@
 //! The CoC against depth, over the depths of the scene; the focus can be dragged in it.
 
 use super::fields::distance_text;
-use crate::window::model::numbers::significant;
+use crate::window::model::numbers::{round_above, significant};
 use defocus::eye::{BLUR_DETECTION_D, ComfortZone};
 use defocus::histogram::Histogram;
 use defocus::lens::{CocOfDepth, Lens, MM_PER_M};
@@ -139,6 +139,7 @@ fn paint(ui: &Ui, rect: Rect, scale: &Scale, lens: &Lens, readings: PlotReadings
         histogram(&painter, scale, depths_m, visuals.weak_text_color().gamma_multiply(0.8));
     }
     ticks(&painter, scale, visuals.weak_text_color());
+    coc_ticks(&painter, scale, visuals.weak_text_color());
     hyperfocal(&painter, scale, lens.hyperfocal_m(readings.acceptable_px), visuals.weak_text_color());
     curve(&painter, scale, &lens.coc());
     focus_line(&painter, scale, lens.focus_distance_m, visuals.strong_text_color());
@@ -203,6 +204,21 @@ fn ticks(painter: &Painter, scale: &Scale, color: Color32) {
         if left > free_from {
             free_from = left + text.size().x + 8.0;
             painter.galley(pos2(left, bottom + 3.0), text, color);
+        }
+    }
+}
+
+/// Round diameters at the left, three or so.
+fn coc_ticks(painter: &Painter, scale: &Scale, color: Color32) {
+    let step_px = round_above(scale.top_px / 4.0);
+    let steps = (scale.top_px / step_px).floor().clamp(0.0, 10.0) as u32;
+    for c_px in (1..=steps).map(|i| f64::from(i) * step_px) {
+        let (y, left) = (scale.y(c_px), scale.area.left());
+        painter.line_segment([pos2(left, y), pos2(left + 4.0, y)], Stroke::new(1.0, color));
+        // The uppermost would run into the line above the curve.
+        if y > scale.area.top() + 6.0 {
+            let at = pos2(left + 6.0, y);
+            small(painter, at, Align2::LEFT_CENTER, &format!("{} px", significant(c_px)), color);
         }
     }
 }

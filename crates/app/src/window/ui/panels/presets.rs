@@ -46,8 +46,9 @@ impl PresetList {
             Lens { aperture, eye: lens.eye, ..p.lens.clone() }
         };
         let matching = known.iter().enumerate().position(|(i, p)| same_but_focus(&shaped(i, p), lens));
+        let labels: Vec<String> = known.iter().map(preset_label).collect();
         let mut names = vec![AUTOMATIC];
-        names.extend(known.iter().map(|p| p.name.as_str()));
+        names.extend(labels.iter().map(String::as_str));
         let before = if automatic { 0 } else { matching.map_or(names.len(), |i| i + 1) };
         if before == names.len() {
             names.push("Own");
@@ -105,6 +106,12 @@ impl PresetList {
             }
         });
     }
+}
+
+/// What a preset is called in a list: a headset by its maker's name, others by their own.
+pub fn preset_label(preset: &LensPreset) -> String {
+    let product = preset.headset.and(preset.title.rsplit_once('(')).and_then(|(_, rest)| rest.strip_suffix(')'));
+    product.unwrap_or(&preset.name).to_owned()
 }
 
 /// A preset's lens focused where the present one is; farther, if no image forms there.

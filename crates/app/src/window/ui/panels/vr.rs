@@ -1,12 +1,14 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
+use super::presets::{preset_label, same_but_focus};
 use crate::window::model::numbers::significant;
 use crate::window::ui::widgets::choice;
 use defocus::lens::Lens;
-use defocus::presets::{LensPreset, presets};
+use defocus::presets::{Headset, LensPreset, presets};
 use defocus::stereo::{IPD_MM, Layout, MEAN_IPD_MM, REFRESH_HZ, Stereo, refresh_met};
-use eframe::egui::{RichText, Ui};
+use eframe::egui::{Button, RichText, Ui};
+use glam::UVec2;
 
 /// What the panel is told.
 #[derive(Clone, Copy, Debug, Default)]
@@ -17,11 +19,20 @@ pub struct VrReadings {
     pub focal_px: Option<f64>,
     /// Focus distance, metres.
     pub focus_m: f64,
+    /// Size of one eye's picture, px.
+    pub size_px: UVec2,
 }
 
-/// Edits stereo and chooses a headset, whose lens (with the focus where it was) is returned.
-pub fn vr_panel(ui: &mut Ui, stereo: &mut Option<Stereo>, lens: &Lens, readings: VrReadings) -> Option<Lens> {
-    let headset = headset_list(ui, lens);
+/// What is to be done.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum VrAction {
+    /// Pictures of this width and height, px, an eye.
+    PictureSize(u32, u32),
+}
+
+/// Edits stereo, and tells of the headset; what is to be done, if something is.
+pub fn vr_panel(ui: &mut Ui, stereo: &mut Option<Stereo>, lens: &Lens, readings: VrReadings) -> Option<VrAction> {
+    let headset = headset(ui, lens, readings.size_px);
     let mut on = stereo.is_some();
     ui.add_enabled_ui(readings.is_scene, |ui| {
         let help = "Two eyes, each with its own view and its own blur.";
@@ -69,28 +80,27 @@ fn eyes(ui: &mut Ui, stereo: &mut Stereo, readings: VrReadings) {
     }
 }
 
-/// The presets that are head-mounted displays.
-fn headset_list(ui: &mut Ui, lens: &Lens) -> Option<Lens> {
-    let headsets: Vec<LensPreset> = presets().into_iter().filter(|p| p.headset.is_some()).collect();
-    let of_lens = |p: &LensPreset| {
-        let focus_distance_m = lens.focus_distance_m;
-        Lens { focus_distance_m, aperture: lens.aperture.clone(), eye: lens.eye, ..p.lens.clone() }
+/// What is known of the headset whose preset the lens is, and the size of its eye's picture.
+fn headset(ui: &mut Ui, lens: &Lens, size_px: UVec2) -> Option<VrAction> {
+    let shown = presets().into_iter().find(|preset| preset.headset.is_some() && is_lens_of(preset, lens));
+    let Some((preset, Headset { eye_px, refresh_hz })) = shown.and_then(|p| Some((p.clone(), p.headset?))) else {
+        ui.label(RichText::new("The lens is no headset's: Preset, under Lens, has some.").small().weak());
+        return None;
     };
-    let mut names: Vec<&str> = headsets.iter().map(|p| p.name.as_str()).collect();
-    names.push("None of these");
-    let before = headsets.iter().position(|p| of_lens(p) == *lens).unwrap_or(headsets.len());
-    let mut chosen = before;
-    let shown = headsets.get(before);
-    let help = shown.map_or("Head-mounted displays with known numbers.".to_owned(), |p| p.source.clone());
-    choice(ui, "Headset", &help, &mut chosen, &names);
-    if let Some(LensPreset { headset: Some(headset), title, .. }) = shown {
-        let (width, height) = headset.eye_px;
-        let text = format!("{title}: {width} x {height} px an eye, up to {} Hz", headset.refresh_hz);
-        ui.label(RichText::new(text).small().weak());
-    }
-    let wanted = headsets.get(chosen).filter(|_| chosen != before)?;
-    let focused = of_lens(wanted);
-    Some(if focused.check().is_ok() { focused } else { wanted.lens.clone() })
+    let (width, height) = eye_px;
+    let text = format!("{}: {width} x {height} px an eye, up to {refresh_hz} Hz", preset_label(&preset));
+    ui.label(RichText::new(text).small()).on_hover_text(preset.source);
+    let is_as_large = size_px == UVec2::new(width, height);
+    let help = "Times and figures are those of pictures of one size: this is the headset's.";
+    let button = ui.add_enabled(!is_as_large, Button::new("Picture as large as its eye"));
+    button.on_hover_text(help).clicked().then_some(VrAction::PictureSize(width, height))
+}
+
+/// Whether a lens is a preset's, whatever its aperture's shape, its eye and its focus.
+fn is_lens_of(preset: &LensPreset, lens: &Lens) -> bool {
+    let shaped = Lens { aperture: lens.aperture.clone(), eye: lens.eye, ..preset.lens.clone() };
+    // The pupil is the eye's and not the display's.
+    same_but_focus(&Lens { aperture_diameter_mm: lens.aperture_diameter_mm, ..shaped }, lens)
 }
 
 /// Whether frames of `frame_ms` keep up with head-mounted displays, in words.
