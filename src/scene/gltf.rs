@@ -8,6 +8,8 @@ mod accessor;
 mod budget;
 mod cameras;
 mod container;
+#[cfg(feature = "draco")]
+mod draco;
 mod exact;
 mod extensions;
 mod geometry;
@@ -66,7 +68,10 @@ pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
 
 fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProblem> {
     let document = validate::document(file.root)?;
-    let buffers = container::Buffers::load(&document, &file.exact, file.blob, path)?;
+    #[cfg_attr(not(feature = "draco"), allow(unused_mut, reason = "only a decoder changes them"))]
+    let mut buffers = container::Buffers::load(&document, &file.exact, file.blob, path)?;
+    #[cfg(feature = "draco")]
+    let document = draco::decode_all(document, &file.exact, &mut buffers)?;
     for accessor in document.accessors() {
         accessor::check(&accessor, &buffers)?;
     }

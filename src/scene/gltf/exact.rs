@@ -14,6 +14,7 @@ pub(super) struct Exact {
     pub animations: Vec<serde::de::IgnoredAny>,
     pub buffer_views: Vec<ExactView>,
     pub materials: Vec<ExactMaterial>,
+    pub meshes: Vec<ExactMesh>,
 }
 
 #[derive(Default, Deserialize)]
@@ -113,6 +114,37 @@ pub(super) struct Meshopt {
     pub mode: String,
     #[serde(default)]
     pub filter: String,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ExactMesh {
+    pub primitives: Vec<ExactPrimitive>,
+}
+
+#[derive(Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ExactPrimitive {
+    pub extensions: PrimitiveExtensions,
+}
+
+/// The extensions of a primitive that are read here.
+#[derive(Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "without the decoder nothing reads them"))]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Draco>,
+}
+
+/// KHR_draco_mesh_compression: the view that holds the stream, and attributes by their numbers in it.
+#[derive(Deserialize)]
+#[serde(rename_all = "camelCase")]
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "without the decoder nothing reads them"))]
+pub(super) struct Draco {
+    pub buffer_view: usize,
+    #[serde(default)]
+    pub attributes: BTreeMap<String, usize>,
 }
 
 #[derive(Default, Deserialize)]
