@@ -5,6 +5,7 @@
 //! data say. Every file is written under a temporary name beside its
 //! target and renamed, so that a reader never meets half of one.
 
+pub mod embedded;
 mod exr_layers;
 pub mod exr_planes;
 mod npy;

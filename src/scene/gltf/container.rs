@@ -232,7 +232,7 @@ impl Buffers {
 /// compressed elsewhere has no data of its own.
 fn needed(document: &gltf::Document, exact: &Exact) -> Vec<bool> {
     let mut is_needed = vec![false; document.buffers().len()];
-    let compressed = exact.buffer_views.iter().filter_map(|view| view.extensions.meshopt.as_ref());
+    let compressed = exact.buffer_views.iter().filter_map(|view| view.extensions.meshopt());
     let plain = document.views().filter(|view| meshopt_of(exact, view.index()).is_none());
     for index in plain.map(|view| view.buffer().index()).chain(compressed.map(|source| source.buffer)) {
         is_needed.get_mut(index).into_iter().for_each(|flag| *flag = true);
@@ -241,7 +241,7 @@ fn needed(document: &gltf::Document, exact: &Exact) -> Vec<bool> {
 }
 
 fn meshopt_of(exact: &Exact, view: usize) -> Option<&Meshopt> {
-    exact.buffer_views.get(view)?.extensions.meshopt.as_ref()
+    exact.buffer_views.get(view)?.extensions.meshopt()
 }
 
 /// The bytes behind a `uri`: a base64 data URI, or a file beside the scene.

@@ -14,6 +14,7 @@ const READ: &[&str] = &[
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_meshopt_compression",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
