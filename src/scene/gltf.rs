@@ -73,9 +73,7 @@ pub fn load_at(path: &Path, moment: &Moment) -> Result<Scene, SceneError> {
 ///
 /// Those of [`load`], with the name for the file.
 pub fn load_bytes(name: &str, bytes: &[u8]) -> Result<Scene, SceneError> {
-    let path = Path::new(name);
-    let file = container::parse(bytes).and_then(|file| Animated::of(file, path));
-    file.map(|file| file.rest).map_err(|problem| SceneError { file: path.to_owned(), problem })
+    Animated::from_bytes(name, bytes).map(|file| file.rest)
 }
 
 /// A file that is kept to be posed again and again: what does not move is loaded once.
@@ -95,6 +93,17 @@ impl Animated {
     /// Those of [`load`].
     pub fn open(path: &Path) -> Result<Self, SceneError> {
         let file = container::read(path).and_then(|file| Self::of(file, path));
+        file.map_err(|problem| SceneError { file: path.to_owned(), problem })
+    }
+
+    /// Loads the bytes of a self-contained file as [`load_bytes`] does.
+    ///
+    /// # Errors
+    ///
+    /// Those of [`load_bytes`].
+    pub fn from_bytes(name: &str, bytes: &[u8]) -> Result<Self, SceneError> {
+        let path = Path::new(name);
+        let file = container::parse(bytes).and_then(|file| Self::of(file, path));
         file.map_err(|problem| SceneError { file: path.to_owned(), problem })
     }
 
