@@ -251,7 +251,10 @@ mod animations {
     fn every_property_by_every_interpolation() {
         let file = Animated::from_bytes("a.glb", &tiny_files::animated().glb()).unwrap_or_else(|e| panic!("{e}"));
         let listed = &file.at_rest().animations;
-        assert_eq!(listed.iter().map(|a| (a.name.as_str(), a.duration_s)).collect::<Vec<_>>(), [("Way", 2.0), ("Flight", 2.0)]);
+        assert_eq!(
+            listed.iter().map(|a| (a.name.as_str(), a.duration_s)).collect::<Vec<_>>(),
+            [("Way", 2.0), ("Flight", 2.0)]
+        );
         let (sin, cos) = (45.0_f64.to_radians().sin(), 45.0_f64.to_radians().cos());
         // A cubic spline with an out-tangent of 1 from 0 to 1: t^3 - 2 t^2 + t + 3 t^2 - 2 t^3.
         let half = 0.125 - 0.5 + 0.5 + 0.75 - 0.25;

@@ -61,15 +61,23 @@ fn near(found: f32, expected: f64) -> bool {
 #[test]
 fn gdepth_in_both_formats() {
     let map = png16(16, 8, |x, _| if x < 8 { 0 } else { 65535 / 3 });
-    let inverse = gdepth(&map, r#"GDepth:Format="RangeInverse" GDepth:Near="0.5" GDepth:Far="4.0" GDepth:Mime="image/png""#);
+    let inverse =
+        gdepth(&map, r#"GDepth:Format="RangeInverse" GDepth:Near="0.5" GDepth:Far="4.0" GDepth:Mime="image/png""#);
     let scene = load(&inverse);
     // far near / (far - d (far - near)): at a third 2 / (4 - 3.5 / 3).
-    assert!(near(scene.depth.at(1, 1), 0.5) && near(scene.depth.at(12, 1), 2.0 / (4.0 - 3.5 / 3.0)), "{:?}", scene.depth);
+    assert!(
+        near(scene.depth.at(1, 1), 0.5) && near(scene.depth.at(12, 1), 2.0 / (4.0 - 3.5 / 3.0)),
+        "{:?}",
+        scene.depth
+    );
     assert!(scene.notes.iter().any(|note| note.contains("0.5 and 4 metres")), "{:?}", scene.notes);
     let linear = load(&gdepth(&map, "GDepth:Format='RangeLinear' GDepth:Near='0.5' GDepth:Far='3.5'"));
     assert!(near(linear.depth.at(1, 1), 0.5) && near(linear.depth.at(12, 1), 1.5));
     // Along rays: the same wall is nearer along the axis at the border.
-    let ray = load(&gdepth(&png(16, 8, [0; 3]), "GDepth:Format='RangeLinear' GDepth:Near='2' GDepth:Far='4' GDepth:MeasureType='OpticRay'"));
+    let ray = load(&gdepth(
+        &png(16, 8, [0; 3]),
+        "GDepth:Format='RangeLinear' GDepth:Near='2' GDepth:Far='4' GDepth:MeasureType='OpticRay'",
+    ));
     assert!(ray.depth.at(0, 0) < ray.depth.at(8, 4) && ray.depth.at(8, 4) < 2.0);
     // Half the size is resampled.
     let half = load(&gdepth(&png16(8, 4, |_, _| 0), "GDepth:Format='RangeLinear' GDepth:Near='3' GDepth:Far='4'"));
@@ -159,7 +167,10 @@ fn the_map_is_turned_with_the_picture() {
     let tag = [0x12, 0x01, 3, 0, 1, 0, 0, 0, 6, 0, 0, 0];
     let exif = [&b"Exif\0\0II*\0\x08\0\0\0\x01\0"[..], &tag, &[0; 4]].concat();
     // Stored lying: its left half is the upper half of the upright picture.
-    let file = gdepth(&png16(16, 8, |x, _| if x < 8 { 0 } else { 65535 }), "GDepth:Format='RangeLinear' GDepth:Near='1' GDepth:Far='2'");
+    let file = gdepth(
+        &png16(16, 8, |x, _| if x < 8 { 0 } else { 65535 }),
+        "GDepth:Format='RangeLinear' GDepth:Near='1' GDepth:Far='2'",
+    );
     let scene = load(&with(&file, &[segment(0xe1, &exif)]));
     assert_eq!((scene.color.size.x, scene.color.size.y), (8, 16));
     assert!(near(scene.depth.at(4, 1), 1.0) && near(scene.depth.at(4, 14), 2.0), "{:?}", scene.depth);

@@ -8,12 +8,12 @@
 mod jpeg;
 mod xmp;
 
+use super::MAX_PIXELS;
 use crate::image::Image;
 use base64::Engine;
 use glam::UVec2;
 use image::{DynamicImage, ImageReader};
 use jpeg::Segments;
-use super::MAX_PIXELS;
 use std::io::Cursor;
 use xmp::Properties;
 

@@ -234,8 +234,12 @@ fn read_embedded(
     };
     let metres = values.map(|number| range.metres_at(f64::from(number) / found.full_scale) as f32);
     let unit = if range.unit == Unit::Dioptres { "dioptres" } else { "metres" };
-    notes.push(format!("the depth in the picture's own file lies between {} and {} {unit}, as it says", range.near, range.far));
-    let kind = if range.along_ray { DepthKind::Distance { per_unit: 1.0 } } else { DepthKind::Metres { per_unit: 1.0 } };
+    notes.push(format!(
+        "the depth in the picture's own file lies between {} and {} {unit}, as it says",
+        range.near, range.far
+    ));
+    let kind =
+        if range.along_ray { DepthKind::Distance { per_unit: 1.0 } } else { DepthKind::Metres { per_unit: 1.0 } };
     let encoding = DepthEncoding { kind, ..DepthEncoding::METRES };
     Ok(((color, Scalars::floats(metres)), encoding))
 }

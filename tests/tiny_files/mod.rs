@@ -167,7 +167,8 @@ pub fn animated() -> TinyGltf {
     t.json["nodes"] = json!([{"name": "Node", "mesh": 0}, {"camera": 0}]);
     t.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}]);
     t.json["scenes"][0]["nodes"] = json!([0, 1]);
-    let channel = |sampler: usize, node: usize, path: &str| json!({"sampler": sampler, "target": {"node": node, "path": path}});
+    let channel =
+        |sampler: usize, node: usize, path: &str| json!({"sampler": sampler, "target": {"node": node, "path": path}});
     t.json["animations"] = json!([
         {"name": "Way", "samplers": [
             {"input": times, "output": places, "interpolation": "LINEAR"},

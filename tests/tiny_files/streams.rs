@@ -63,11 +63,7 @@ fn bytes(encoded: &str) -> Vec<u8> {
 
 /// The Draco streams: squares a side, whether the coordinates have a seam, the stream.
 pub fn draco() -> [(u32, bool, Vec<u8>); 3] {
-    [
-        (4, false, bytes(DRACO_EDGEBREAKER)),
-        (4, true, bytes(DRACO_VALENCE)),
-        (2, false, bytes(DRACO_SEQUENTIAL)),
-    ]
+    [(4, false, bytes(DRACO_EDGEBREAKER)), (4, true, bytes(DRACO_VALENCE)), (2, false, bytes(DRACO_SEQUENTIAL))]
 }
 
 /// The KTX 2.0 files by name, with whether they have alpha.

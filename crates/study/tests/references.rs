@@ -30,7 +30,8 @@ fn agreement_db(scene: Scene, points: u32) -> f64 {
     // Level 0 of textures, and no light: what is compared is visibility and the lens.
     let surfaces = GpuScene::new(gpu(), &scene, SurfaceOptions { unlit: true, mipmaps: false });
     let mut view = View::of_scene(surfaces, camera, uvec2(256, 192), 0).unwrap();
-    let focused = Lens { aperture_diameter_mm: 1.0, focus_distance_m: scene.focus_hint_m.unwrap_or(2.0), ..Lens::PINHOLE };
+    let focused =
+        Lens { aperture_diameter_mm: 1.0, focus_distance_m: scene.focus_hint_m.unwrap_or(2.0), ..Lens::PINHOLE };
     let depth = view.depth_m(gpu());
     let lens = focused.with_mean_coc(4.0, depth.pixels.iter().copied()).unwrap();
 
@@ -92,8 +93,9 @@ fn posed_file() -> tiny_files::TinyGltf {
     };
     let joints = bytes(&mut t, &[[0, 1, 0, 0]; 18].concat(), "VEC4", 18);
     let indices = bytes(&mut t, &squares.collect::<Vec<u8>>(), "SCALAR", 48);
-    let places: Vec<f32> =
-        (0..60).flat_map(|i| [(i % 10) as f32 * 0.4 - 2.0, (i / 10) as f32 * 0.4 - 1.0, -0.3 * (i % 7) as f32]).collect();
+    let places: Vec<f32> = (0..60)
+        .flat_map(|i| [(i % 10) as f32 * 0.4 - 2.0, (i / 10) as f32 * 0.4 - 1.0, -0.3 * (i % 7) as f32])
+        .collect();
     let places = t.add_accessor(&places, "VEC3");
     let times = t.add_accessor(&[0.0, 1.0], "SCALAR");
     let turns = t.add_accessor(&[0.0, 0.0, 0.0, 1.0, 0.6, 0.0, 0.0, 0.8], "VEC4");

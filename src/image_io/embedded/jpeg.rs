@@ -47,7 +47,9 @@ impl<'a> Segments<'a> {
             }
             let Some(length) = bytes.get(at + 2..at + 4) else { break };
             let length = usize::from(u16::from_be_bytes([length[0], length[1]]));
-            let Some(content) = length.checked_sub(2).and_then(|length| bytes.get(at + 4..at + 4 + length)) else { break };
+            let Some(content) = length.checked_sub(2).and_then(|length| bytes.get(at + 4..at + 4 + length)) else {
+                break;
+            };
             found.take(marker, content, at + 4);
             at += 2 + length;
         }

@@ -71,9 +71,8 @@ pub(super) fn pose(
     }
     let known = list(document, exact, buffers);
     let index = chosen(moment, exact, &known)?;
-    let animation = parsed(&exact.animations[index]).ok_or_else(|| {
-        SceneProblem::invalid(format!("animations[{index}]"), "does not follow the glTF schema")
-    })?;
+    let animation = parsed(&exact.animations[index])
+        .ok_or_else(|| SceneProblem::invalid(format!("animations[{index}]"), "does not follow the glTF schema"))?;
     for (c, channel) in animation.channels.iter().enumerate() {
         let item = format!("animations[{index}].channels[{c}]");
         let Some(node) = channel.target.node else {
@@ -113,7 +112,8 @@ pub(super) fn pose(
     }
     let name = animation.name.unwrap_or_else(|| index.to_string());
     let duration_s = duration_s_of(&known, &name);
-    notes.add(format!("the scene is shown at {} s of its animation", moment.time_s), format!("{name} ({duration_s} s)"));
+    notes
+        .add(format!("the scene is shown at {} s of its animation", moment.time_s), format!("{name} ({duration_s} s)"));
     Ok(())
 }
 
@@ -127,9 +127,11 @@ fn chosen(moment: &Moment, exact: &Exact, known: &[Animation]) -> Result<usize, 
     let is_named = |name: &str, value: &serde_json::Value| value.get("name").and_then(|v| v.as_str()) == Some(name);
     let found = match &moment.animation {
         None => (!exact.animations.is_empty()).then_some(0),
-        Some(name) => exact.animations.iter().position(|value| is_named(name, value)).or_else(|| {
-            name.parse::<usize>().ok().filter(|&index| index < exact.animations.len())
-        }),
+        Some(name) => exact
+            .animations
+            .iter()
+            .position(|value| is_named(name, value))
+            .or_else(|| name.parse::<usize>().ok().filter(|&index| index < exact.animations.len())),
     };
     found.ok_or_else(|| SceneProblem::NoAnimation {
         wanted: moment.animation.clone().map(|name| name.escape_debug().to_string()),
@@ -140,7 +142,8 @@ fn chosen(moment: &Moment, exact: &Exact, known: &[Animation]) -> Result<usize, 
 /// Morph targets of a node's mesh.
 fn targets(node: &ExactNode, document: &Document) -> usize {
     let mesh = node.mesh.and_then(|mesh| document.meshes().nth(mesh));
-    let counts = mesh.into_iter().flat_map(|mesh| mesh.primitives().map(|p| p.morph_targets().len()).collect::<Vec<_>>());
+    let counts =
+        mesh.into_iter().flat_map(|mesh| mesh.primitives().map(|p| p.morph_targets().len()).collect::<Vec<_>>());
     counts.max().unwrap_or(0)
 }
 

@@ -89,8 +89,8 @@ fn etc1s(bytes: &[u8], header: &Ktx2Header) -> Option<Vec<[u8; 4]>> {
     };
     let (endpoints, selectors, tables) = (part(endpoint_bytes)?, part(selector_bytes)?, part(table_bytes)?);
     let mut decoder = Etc1sTranscoder::new();
-    let is_whole = decoder.decode_palettes(counts & 0xffff, endpoints, counts >> 16, selectors)
-        && decoder.decode_tables(tables);
+    let is_whole =
+        decoder.decode_palettes(counts & 0xffff, endpoints, counts >> 16, selectors) && decoder.decode_tables(tables);
     if !is_whole {
         return None;
     }

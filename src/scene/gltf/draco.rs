@@ -33,11 +33,7 @@ struct Attribute {
 /// Decodes the compressed primitives and gives their accessors the decoded values. A stream says how
 /// many points it has, and decoders may divide them differently from the accessors' counts: those
 /// become the decoded ones.
-pub(super) fn decode_all(
-    document: Document,
-    exact: &Exact,
-    buffers: &mut Buffers,
-) -> Result<Document, SceneProblem> {
+pub(super) fn decode_all(document: Document, exact: &Exact, buffers: &mut Buffers) -> Result<Document, SceneProblem> {
     let mut root = document.into_json();
     // By accessor, the buffer view that it was decoded from.
     let mut filled: HashMap<usize, usize> = HashMap::new();
@@ -92,7 +88,10 @@ fn targets<'a>(
         });
         let Some((_, accessor)) = semantic else { continue };
         let attribute = decoded.attributes.get(&id).ok_or_else(|| {
-            SceneProblem::invalid(format!("{item}.attributes.{name}"), format!("is {id}, which its stream does not hold"))
+            SceneProblem::invalid(
+                format!("{item}.attributes.{name}"),
+                format!("is {id}, which its stream does not hold"),
+            )
         })?;
         found.push((accessor.value(), (attribute.values.as_slice().into(), attribute.components)));
     }
@@ -144,7 +143,8 @@ fn packed(values: &[f64], kind: json::accessor::ComponentType) -> Vec<u8> {
 }
 
 fn decode(bytes: &[u8], item: &str) -> Result<Decoded, SceneProblem> {
-    let damaged = |detail: String| SceneProblem::invalid(item, format!("holds a Draco stream that does not decode ({detail})"));
+    let damaged =
+        |detail: String| SceneProblem::invalid(item, format!("holds a Draco stream that does not decode ({detail})"));
     let counts = header::counts(bytes).ok_or_else(|| damaged("its header is damaged".to_owned()))?;
     let most = (bytes.len() as u64).saturating_mul(ELEMENTS_PER_BYTE).max(FREE_ELEMENTS);
     if counts.greatest > most {
