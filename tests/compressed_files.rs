@@ -91,7 +91,7 @@ mod draco {
         }
         assert!(refused > 100, "{refused}");
         let (_, _, stream) = &streams::draco()[0];
-        for cut in [0, 5, 11, 13, 40, stream.len() / 2, stream.len() - 1] {
+        for cut in [5, 11, 13, 40, stream.len() / 2, stream.len() - 1] {
             let error = gltf::load_bytes("a.glb", &tiny_files::draco(&stream[..cut]).glb()).expect_err("cut off");
             assert!(error.to_string().contains("Draco"), "{cut}: {error}");
         }
@@ -326,7 +326,7 @@ mod animations {
             ("/animations/0/channels/0/sampler", json!(9)),
             ("/animations/0/channels/0/target/node", json!(9)),
             ("/animations/0/samplers/0/output", json!(99)),
-            ("/animations/0/samplers/0/output", json!(0)),
+            ("/animations/0/samplers/0/output", json!(2)),
             ("/animations/0/samplers/0/interpolation", json!("CUBICSPLINE")),
             ("/animations/0/samplers", json!("none")),
         ] {

@@ -91,7 +91,7 @@ fn posed_file() -> tiny_files::TinyGltf {
         t.list("accessors").push(json!({"bufferView": view, "componentType": 5121, "type": kind, "count": count}));
         t.list("accessors").len() - 1
     };
-    let joints = bytes(&mut t, &[[0, 1, 0, 0]; 18].concat(), "VEC4", 18);
+    let joints = bytes(&mut t, &[[0_u8, 1, 0, 0]; 18].concat(), "VEC4", 18);
     let indices = bytes(&mut t, &squares.collect::<Vec<u8>>(), "SCALAR", 48);
     let places: Vec<f32> = (0..60)
         .flat_map(|i| [(i % 10) as f32 * 0.4 - 2.0, (i / 10) as f32 * 0.4 - 1.0, -0.3 * (i % 7) as f32])
