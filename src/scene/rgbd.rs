@@ -214,7 +214,8 @@ fn read_embedded(
 ) -> Result<((ColorImage, Scalars), DepthEncoding), RgbdError> {
     let path = request.color;
     let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
-    let undecodable = |detail| ImageError::Undecodable { file: path.to_owned(), detail };
+    let undecodable =
+        |detail: String| ImageError::Undecodable { file: path.to_owned(), detail: image_io::one_line(&detail) };
     // A picture that cannot be read is the first thing to say.
     let (color, orientation) = image_io::read_picture(path, request.layer)?;
     let bytes = std::fs::read(path).map_err(unreadable)?;

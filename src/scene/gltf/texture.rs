@@ -8,6 +8,7 @@ use super::budget::Budget;
 use super::container::{Buffers, read_uri};
 use super::material::TextureKey;
 use super::notes::Notes;
+use crate::image_io::one_line;
 use ::gltf::Document;
 use glam::{UVec2, Vec3};
 use image::{DynamicImage, ImageReader};
@@ -148,7 +149,7 @@ fn dimensions(bytes: &[u8]) -> Option<(u32, u32)> {
 /// The format is told by the content: declared media types are often wrong. The decoder's
 /// own limit on memory (512 MiB) refuses absurd sizes.
 fn decode(bytes: &[u8], item: String) -> Decoded {
-    let image = read(bytes).map_err(|detail| SceneProblem::Image { item, detail })?;
+    let image = read(bytes).map_err(|detail| SceneProblem::Image { item, detail: one_line(&detail) })?;
     let was_shrunk = image.width().max(image.height()) > MAX_SIDE;
     let rgba = if was_shrunk { shrunk(&image) } else { image }.into_rgba8();
     let size = UVec2::new(rgba.width(), rgba.height());
