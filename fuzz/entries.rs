@@ -2,6 +2,7 @@
 //! the program does not keep its word, and returns whether it accepted the input.
 
 use defocus::presets::LensPreset;
+use defocus::scene::Scene;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::scene::{gltf as loader, rgbd};
 use defocus_app::window;
@@ -15,13 +16,25 @@ fn one_line(error: &dyn std::fmt::Display) {
 
 /// A scene file.
 pub fn gltf(data: &[u8]) -> bool {
-    let scene = match loader::load_bytes("fuzzed.glb", data) {
-        Ok(scene) => scene,
+    let file = match loader::Animated::from_bytes("fuzzed.glb", data) {
+        Ok(file) => file,
         Err(error) => {
             one_line(&error);
             return false;
         }
     };
+    check_scene(file.at_rest());
+    if !file.at_rest().animations.is_empty() {
+        match file.at(&loader::Moment { animation: None, time_s: 0.4 }) {
+            Ok(posed) => check_scene(&posed),
+            Err(error) => one_line(&error),
+        }
+    }
+    true
+}
+
+/// A scene holds what the renderers rely on.
+fn check_scene(scene: &Scene) {
     assert!(scene.triangle_count() > 0 && !scene.cameras.is_empty());
     for mesh in &scene.meshes {
         assert!(mesh.material < scene.materials.len(), "a material that is not there");
@@ -32,7 +45,6 @@ pub fn gltf(data: &[u8]) -> bool {
     for camera in scene.cameras.iter().map(|c| c.camera) {
         assert!(camera.position.is_finite() && camera.fov_y > 0.0 && camera.near_m > 0.0, "{camera:?}");
     }
-    true
 }
 
 /// Encodings of depth by the first byte.

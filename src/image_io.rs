@@ -5,6 +5,7 @@
 //! data say. Every file is written under a temporary name beside its
 //! target and renamed, so that a reader never meets half of one.
 
+pub mod embedded;
 mod exr_layers;
 pub mod exr_planes;
 mod npy;
@@ -210,7 +211,7 @@ pub(crate) fn read_picture(path: &Path, layer: Option<&str>) -> Result<(ColorIma
 /// Decodes an image of the formats of the `image` crate, told apart by their content, within
 /// [`MAX_PIXELS`], and turns it upright; the second is how it was turned.
 pub(crate) fn decode_with_orientation(path: &Path) -> Result<(DynamicImage, Orientation), ImageError> {
-    let undecodable = |detail: String| ImageError::Undecodable { file: path.to_owned(), detail };
+    let undecodable = |detail: String| ImageError::Undecodable { file: path.to_owned(), detail: one_line(&detail) };
     let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
     let open = || ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(unreadable);
     let (width, height) = open()?.into_dimensions().map_err(|e| undecodable(e.to_string()))?;
@@ -224,6 +225,11 @@ pub(crate) fn decode_with_orientation(path: &Path) -> Result<(DynamicImage, Orie
         Ok((image, orientation))
     };
     decode().map_err(undecodable)
+}
+
+/// A decoder's words without the line breaks that some of them have.
+pub(crate) fn one_line(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn check_size(path: &Path, width: u64, height: u64) -> Result<(), ImageError> {

@@ -304,8 +304,8 @@ fn hierarchies() {
 fn extensions_images_and_nothing_at_all() {
     damaged(
         "unsupported required extension",
-        |t| t.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]),
-        &["KHR_draco_mesh_compression", "not supported", "uncompressed"],
+        |t| t.json["extensionsRequired"] = json!(["KHR_gaussian_splatting"]),
+        &["KHR_gaussian_splatting", "not supported", "export"],
     );
     damaged("unknown required extension", |t| t.json["extensionsRequired"] = json!(["ACME_magic"]), &["ACME_magic"]);
     damaged(

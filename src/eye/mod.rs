@@ -94,7 +94,7 @@ impl Eye {
         {
             return Err(EyeError::Accommodation(d));
         }
-        match self.chromatic.iter().flatten().find(|nm| !WAVELENGTHS_NM.contains(nm)) {
+        match self.chromatic.iter().flatten().find(|nm| !WAVELENGTHS_NM.contains(*nm)) {
             Some(nm) => Err(EyeError::Wavelength(*nm)),
             None => Ok(()),
         }

@@ -22,6 +22,8 @@ pub struct ExrPlanes {
     layers: Vec<Layer>,
     /// From the file's primaries to linear Rec. 709, where they differ.
     rec709_from_file: Option<Mat3>,
+    /// Weights of the file's red, green and blue in luminance.
+    luminance: Vec3,
 }
 
 /// One part of a file: channels over one data window.
@@ -65,6 +67,7 @@ impl ExrPlanes {
             .from_file(path)
             .map_err(|e| ImageError::Undecodable { file: path.to_owned(), detail: e.to_string() })?;
         let rec709_from_file = image.attributes.chromaticities.and_then(|c| primaries::rec709_from(&c));
+        let luminance = image.attributes.chromaticities.map_or(primaries::LUMINANCE, |c| primaries::luminance(&c));
         let parts: Vec<Part> = image.layer_data.into_iter().map(Part::new).collect();
         // Subsampled channels, shorter than the window, do not count.
         let whole = |part: &Part, values: &[f32]| values.len() == part.window.pixels();
@@ -73,7 +76,7 @@ impl ExrPlanes {
             (part.name.as_str(), part.view.as_str(), channels.collect())
         });
         let layers = Layer::all(names);
-        Ok(Self { file: path.to_owned(), parts, layers, rec709_from_file })
+        Ok(Self { file: path.to_owned(), parts, layers, rec709_from_file, luminance })
     }
 
     /// The picture: the layer called `layer`, or the one that is the picture by its name
@@ -105,7 +108,8 @@ impl ExrPlanes {
         let (is_chroma, [r, g, b]) =
             planes.or_else(single).ok_or_else(|| self.missing("colour channels R, G, B", COLOR_REMEDY))?;
         let pixel = |((&r, &g), &b): ((&f32, &f32), &f32)| {
-            let rgb = if is_chroma { primaries::rgb_from_luminance(r, g, b) } else { Vec3::new(r, g, b) };
+            let rgb =
+                if is_chroma { primaries::rgb_from_luminance(r, g, b, self.luminance) } else { Vec3::new(r, g, b) };
             self.rec709_from_file.map_or(rgb, |matrix| matrix * rgb)
         };
         let pixels = r.iter().zip(g).zip(b).map(pixel).collect();

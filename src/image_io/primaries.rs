@@ -7,12 +7,19 @@ use glam::{Mat3, Vec2, Vec3};
 const REC709: [Vec2; 4] =
     [Vec2::new(0.64, 0.33), Vec2::new(0.30, 0.60), Vec2::new(0.15, 0.06), Vec2::new(0.3127, 0.3290)];
 
-/// Weights of linear Rec. 709 in luminance, as OpenEXR's luminance-chroma images use them.
-const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
+/// Weights of linear Rec. 709 in luminance.
+pub(super) const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 
 /// Bradford's cone responses (Lam 1985), in rows.
 const BRADFORD: Mat3 =
     Mat3::from_cols_array(&[0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367, 1.0296]);
+
+/// Weights of a file's primaries in luminance, as its luminance-chroma images use them; those of
+/// Rec. 709 where they are no primaries.
+pub(super) fn luminance(file: &Chromaticities) -> Vec3 {
+    let own = [file.red, file.green, file.blue, file.white].map(|at| Vec2::new(at.0, at.1));
+    xyz_from(own).map_or(LUMINANCE, |matrix| matrix.row(1))
+}
 
 /// From linear colour in a file's primaries to Rec. 709, its white to white; `None` where
 /// they are the same, or no primaries at all.
@@ -44,10 +51,11 @@ fn xyz_of(at: Vec2) -> Vec3 {
     Vec3::new(at.x / at.y, 1.0, (1.0 - at.x - at.y) / at.y)
 }
 
-/// Colour from luminance and the two chroma channels of OpenEXR: RY = (R - Y) / Y.
-pub(super) fn rgb_from_luminance(y: f32, ry: f32, by: f32) -> Vec3 {
+/// Colour from luminance and the two chroma channels of OpenEXR: RY = (R - Y) / Y; `weights` are those
+/// of red, green and blue in luminance.
+pub(super) fn rgb_from_luminance(y: f32, ry: f32, by: f32, weights: Vec3) -> Vec3 {
     let (r, b) = ((ry + 1.0) * y, (by + 1.0) * y);
-    Vec3::new(r, (y - r * LUMINANCE.x - b * LUMINANCE.z) / LUMINANCE.y, b)
+    Vec3::new(r, (y - r * weights.x - b * weights.z) / weights.y, b)
 }
 
 #[cfg(test)]
@@ -78,6 +86,7 @@ mod tests {
             white: Pair(0.3127, 0.3290),
         };
         assert_eq!(rec709_from(&own), None);
-        assert!((rgb_from_luminance(0.5, 0.0, 0.0) - 0.5).abs().max_element() < 1e-6);
+        assert!((luminance(&own) - LUMINANCE).abs().max_element() < 1e-4, "{}", luminance(&own));
+        assert!((rgb_from_luminance(0.5, 0.0, 0.0, luminance(&own)) - 0.5).abs().max_element() < 1e-6);
     }
 }

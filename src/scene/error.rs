@@ -121,6 +121,14 @@ pub enum SceneProblem {
         /// The decoder's reason.
         detail: String,
     },
+    /// An animation that was asked for and is not there.
+    #[error("has no animation{}; {}", wanted.as_ref().map(|name| format!(" '{name}'")).unwrap_or_default(), if known.is_empty() { "leave out the time and the animation".to_owned() } else { format!("it has {known} (numbers from 0 are accepted too)") })]
+    NoAnimation {
+        /// The name that was given.
+        wanted: Option<String>,
+        /// The names there are.
+        known: String,
+    },
     /// Nothing to draw.
     #[error("has no triangles to draw ({detail}); export a scene with at least one triangle mesh")]
     NoGeometry {

@@ -38,6 +38,8 @@ pub struct Scene {
     pub notes: Vec<String>,
     /// The lens and the frame that it is made for, of a scene that is made for one.
     pub made_for: Option<MadeFor>,
+    /// Animations of its file, which can be shown at a moment ([`gltf::load_at`]).
+    pub animations: Vec<gltf::Animation>,
 }
 
 /// The lens and the frame that a scene is made for.

@@ -8,6 +8,7 @@ mod sentinel;
 pub use encoding::{DepthEncoding, DepthKind, EncodingError};
 
 use crate::image::{ColorImage, DepthImage, Image};
+use crate::image_io::embedded::{self, Unit};
 use crate::image_io::exr_planes::{ExrPlanes, Window};
 use crate::image_io::orientation::{Orientation, is_sideways, upright};
 use crate::image_io::{self, ImageError, Scalars};
@@ -69,6 +70,12 @@ pub enum RgbdError {
         /// The colour file.
         file: PathBuf,
     },
+    /// Depth in a picture's file whose numbers it does not explain.
+    #[error("{}: its own depth has no units; say what its numbers mean with --depth-kind (such as relative) and --depth-range NEAR,FAR", file.display())]
+    Uncalibrated {
+        /// The file.
+        file: PathBuf,
+    },
     /// Not one usable pixel.
     #[error("{}: not one pixel has a usable {what}; check the file, --depth-kind and --depth-unknown", file.display())]
     NothingKnown {
@@ -90,7 +97,7 @@ pub enum RgbdError {
 pub struct Request<'a> {
     /// The picture.
     pub color: &'a Path,
-    /// The depth file; without one, depth comes from the picture's own EXR.
+    /// The depth file; without one, depth comes from the picture's own EXR or JPEG.
     pub depth: Option<&'a Path>,
     /// What the depth's numbers mean.
     pub encoding: &'a DepthEncoding,
@@ -133,12 +140,13 @@ pub fn load_request(request: &Request<'_>) -> Result<RgbdScene, RgbdError> {
     let encoding_error = |source| RgbdError::Encoding { file: depth_file.to_owned(), source };
     request.encoding.check().map_err(encoding_error)?;
     let mut notes = Vec::new();
-    let (color, raw) = match request.depth {
-        Some(depth) => read_two(request, depth, &mut notes)?,
-        None => read_both(request)?,
+    let ((color, raw), encoding) = match request.depth {
+        Some(depth) => (read_two(request, depth, &mut notes)?, *request.encoding),
+        None if image_io::is_exr(request.color)? => (read_both(request)?, *request.encoding),
+        None => read_embedded(request, &mut notes)?,
     };
     let depth_size = raw.values.size;
-    let of_calibration = || request.encoding.kind.fov_y(depth_size.y);
+    let of_calibration = || encoding.kind.fov_y(depth_size.y);
     let fov_y = request.fov_y.or_else(of_calibration).unwrap_or(request.default_fov_y);
     if !(fov_y > 0.0 && fov_y < std::f64::consts::PI) {
         return Err(RgbdError::FieldOfView { degrees: fov_y.to_degrees() });
@@ -148,8 +156,8 @@ pub fn load_request(request: &Request<'_>) -> Result<RgbdScene, RgbdError> {
         return Err(RgbdError::SizeMismatch { file: depth_file.to_owned(), color_size, depth_size });
     }
 
-    let (numbers, kind) = (&raw.values.pixels, &request.encoding.kind);
-    let mut measured = request.encoding.measure_all(numbers, raw.full_scale).map_err(encoding_error)?;
+    let (numbers, kind) = (&raw.values.pixels, &encoding.kind);
+    let mut measured = encoding.measure_all(numbers, raw.full_scale).map_err(encoding_error)?;
     let endless = sentinel::to_infinity(numbers, raw.is_float(), kind, &mut measured);
     if endless > 0 {
         notes.push(format!("{endless} depths that stand for the background (0, 65504 or 1e8 m and more) are infinite"));
@@ -198,13 +206,49 @@ fn read_two(request: &Request<'_>, depth: &Path, notes: &mut Vec<String>) -> Res
     Ok((color, raw))
 }
 
+/// Colour and depth of a JPEG that holds both. Where the file says what its numbers mean, and nothing
+/// else is asked for, they become metres; otherwise they are what the request says.
+fn read_embedded(
+    request: &Request<'_>,
+    notes: &mut Vec<String>,
+) -> Result<((ColorImage, Scalars), DepthEncoding), RgbdError> {
+    let path = request.color;
+    let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
+    let undecodable =
+        |detail: String| ImageError::Undecodable { file: path.to_owned(), detail: image_io::one_line(&detail) };
+    // A picture that cannot be read is the first thing to say.
+    let (color, orientation) = image_io::read_picture(path, request.layer)?;
+    let bytes = std::fs::read(path).map_err(unreadable)?;
+    let found = embedded::find(&bytes).map_err(undecodable)?;
+    let found = found.ok_or_else(|| RgbdError::NoDepth { file: path.to_owned() })?;
+    let values = upright(&found.values, orientation);
+    if orientation != Orientation::NoTransforms {
+        notes.push("the picture and its depth are turned upright, as its Exif data say".to_owned());
+    }
+    let is_default = *request.encoding == DepthEncoding::METRES;
+    let Some(range) = found.range.filter(|_| is_default) else {
+        if is_default {
+            return Err(RgbdError::Uncalibrated { file: path.to_owned() });
+        }
+        let scalars = Scalars { values, full_scale: found.full_scale, has_orientation: true };
+        return Ok(((color, scalars), *request.encoding));
+    };
+    let metres = values.map(|number| range.metres_at(f64::from(number) / found.full_scale) as f32);
+    let unit = if range.unit == Unit::Dioptres { "dioptres" } else { "metres" };
+    notes.push(format!(
+        "the depth in the picture's own file lies between {} and {} {unit}, as it says",
+        range.near, range.far
+    ));
+    let kind =
+        if range.along_ray { DepthKind::Distance { per_unit: 1.0 } } else { DepthKind::Metres { per_unit: 1.0 } };
+    let encoding = DepthEncoding { kind, ..DepthEncoding::METRES };
+    Ok(((color, Scalars::floats(metres)), encoding))
+}
+
 /// Colour and depth of one EXR. A part of another data window is laid over the colour's;
 /// what it does not cover is unknown.
 fn read_both(request: &Request<'_>) -> Result<(ColorImage, Scalars), RgbdError> {
     let path = request.color;
-    if !image_io::is_exr(path)? {
-        return Err(RgbdError::NoDepth { file: path.to_owned() });
-    }
     let planes = ExrPlanes::read(path)?;
     let (color, part) = planes.color(request.layer)?;
     let (depth, window) = planes.depth_beside(&part, request.depth_layer)?;

@@ -3,6 +3,7 @@
 #![allow(dead_code, reason = "every test binary uses its own part of these helpers")]
 
 pub mod compressed;
+pub mod streams;
 
 use base64::Engine;
 use glam::Vec3;
@@ -117,6 +118,66 @@ impl TinyGltf {
         json["buffers"][0]["uri"] = json!(format!("data:application/octet-stream;base64,{encoded}"));
         json.to_string().into_bytes()
     }
+}
+
+/// A file whose mesh is a Draco stream of positions, normals and coordinates, numbered from 0.
+pub fn draco(stream: &[u8]) -> TinyGltf {
+    let mut t = TinyGltf::square();
+    t.add_bytes(stream);
+    let view = t.count("bufferViews") - 1;
+    t.json["accessors"] = json!([
+        {"componentType": 5126, "type": "VEC3", "count": 25},
+        {"componentType": 5126, "type": "VEC3", "count": 25},
+        {"componentType": 5126, "type": "VEC2", "count": 25},
+        {"componentType": 5125, "type": "SCALAR", "count": 96}]);
+    let attributes = json!({"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2});
+    t.json["meshes"][0]["primitives"] = json!([{"attributes": attributes, "indices": 3, "material": 0,
+        "extensions": {"KHR_draco_mesh_compression": {"bufferView": view, "attributes": attributes}}}]);
+    (t.json["extensionsUsed"], t.json["extensionsRequired"]) =
+        (json!(["KHR_draco_mesh_compression"]), json!(["KHR_draco_mesh_compression"]));
+    // The coordinates are read where a texture wants them.
+    t.add_base_color_texture(&png(2, 2, [9, 9, 9]));
+    t
+}
+
+/// A file whose base colour is a KTX 2.0 texture.
+pub fn basisu(ktx2: &[u8]) -> TinyGltf {
+    let mut t = TinyGltf::square();
+    t.add_base_color_texture(ktx2);
+    t.json["images"][0]["mimeType"] = json!("image/ktx2");
+    t.json["textures"] = json!([{"extensions": {"KHR_texture_basisu": {"source": 0}}}]);
+    (t.json["extensionsUsed"], t.json["extensionsRequired"]) =
+        (json!(["KHR_texture_basisu"]), json!(["KHR_texture_basisu"]));
+    t
+}
+
+/// A square that moves, turns, grows and changes its shape, in an animation called "Way" of 2 s with
+/// a key each second, and a camera that goes along in one called "Flight".
+pub fn animated() -> TinyGltf {
+    let mut t = TinyGltf::square();
+    let deltas = t.add_accessor([[0.0_f32, 0.0, 1.0]; 4].as_flattened(), "VEC3");
+    t.json["meshes"][0]["primitives"][0]["targets"] = json!([{"POSITION": deltas}]);
+    let times = t.add_accessor(&[0.0, 1.0, 2.0], "SCALAR");
+    let places = t.add_accessor(&[0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 2.0, 4.0, 0.0], "VEC3");
+    let half = std::f32::consts::FRAC_1_SQRT_2;
+    let turns = t.add_accessor(&[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, half, half, 0.0, 0.0, 1.0, 0.0], "VEC4");
+    let sizes = t.add_accessor(&[1.0, 1.0, 1.0, 2.0, 2.0, 2.0, 5.0, 5.0, 5.0], "VEC3");
+    // In-tangent, value and out-tangent of each key.
+    let weights = t.add_accessor(&[0.0, 0.0, 1.0, 0.0, 1.0, 0.0, 0.0, 0.5, 0.0], "SCALAR");
+    t.json["nodes"] = json!([{"name": "Node", "mesh": 0}, {"camera": 0}]);
+    t.json["cameras"] = json!([{"type": "perspective", "perspective": {"yfov": 0.8, "znear": 0.1}}]);
+    t.json["scenes"][0]["nodes"] = json!([0, 1]);
+    let channel =
+        |sampler: usize, node: usize, path: &str| json!({"sampler": sampler, "target": {"node": node, "path": path}});
+    t.json["animations"] = json!([
+        {"name": "Way", "samplers": [
+            {"input": times, "output": places, "interpolation": "LINEAR"},
+            {"input": times, "output": turns},
+            {"input": times, "output": sizes, "interpolation": "STEP"},
+            {"input": times, "output": weights, "interpolation": "CUBICSPLINE"}],
+         "channels": [channel(0, 0, "translation"), channel(1, 0, "rotation"), channel(2, 0, "scale"), channel(3, 0, "weights")]},
+        {"name": "Flight", "samplers": [{"input": times, "output": places}], "channels": [channel(0, 1, "translation")]}]);
+    t
 }
 
 /// Three squares of two colours, one behind the other, with a texture each: depths to blur.

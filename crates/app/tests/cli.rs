@@ -26,9 +26,9 @@ fn folder() -> TempDir {
     scene.json["materials"][0]["extensions"] = json!({"KHR_materials_unlit": {}});
     scene.json["extensionsUsed"] = json!(["KHR_materials_unlit"]);
     write(folder.path(), "scene.glb", &scene.glb());
-    scene.json["extensionsRequired"] = json!(["KHR_draco_mesh_compression"]);
-    scene.json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_draco_mesh_compression"]);
-    write(folder.path(), "draco.glb", &scene.glb());
+    scene.json["extensionsRequired"] = json!(["KHR_gaussian_splatting"]);
+    scene.json["extensionsUsed"] = json!(["KHR_materials_unlit", "KHR_gaussian_splatting"]);
+    write(folder.path(), "required.glb", &scene.glb());
     write(folder.path(), "color.png", &png(8, 6, [200, 100, 50]));
     write(folder.path(), "depth.png", &png16(8, 6, |x, _| 1000 + 500 * x as u16));
     write(folder.path(), "wide.png", &png16(16, 6, |_, _| 1000));
@@ -260,7 +260,7 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("render scene.glb -o out.png --focus 0.01", 1, "does not exceed the focal length"),
     ("render missing.glb -o out.png", 1, "check that the file exists"),
     ("render nosuch -o out.png", 1, "there is no scene 'nosuch'"),
-    ("render draco.glb -o out.png", 1, "requires the glTF extension KHR_draco_mesh_compression"),
+    ("render required.glb -o out.png", 1, "requires the glTF extension KHR_gaussian_splatting"),
     ("render rgb.exr -o out.png", 1, "has no depth channel Z"),
     ("render color.png -o out.png", 1, "give a depth map with --depth FILE"),
     ("render color.png --depth wide.png -o out.png", 1, "give a depth map of the image's own aspect ratio"),
@@ -316,6 +316,8 @@ const WRONG: &[(&str, i32, &str)] = &[
     ("render scene.glb -o out.png --exposure 1e9", 2, "from -64 to 64"),
     ("render scene.glb -o out.png -E 2 --mean-coc 3", 2, "cannot be used with"),
     ("render scene.glb -o out.png --focus 2 --focus-at 1,1", 2, "cannot be used with"),
+    ("render scene.glb -o out.png --time 1", 1, "has no animation"),
+    ("render cans -o out.png --time 1", 1, "which are for .glb and .gltf files"),
     ("render scene.glb -o out.png --nosuch", 2, "unexpected argument '--nosuch'"),
     ("compare scene.glb --cache kept --no-cache", 2, "cannot be used with"),
     ("compare scene.glb --runs 0", 2, "1..=10000"),
@@ -451,6 +453,29 @@ fn poses_instances_and_second_coordinates_agree_with_the_ray_tracer() {
     let json = json_of(folder.path(), compared);
     let psnr = json["results"][0]["psnr_db"].as_f64().expect("a number");
     assert!(psnr > 40.0, "{psnr} dB");
+}
+
+/// A file is drawn as it is at the time that is asked for, and the notes say so.
+#[test]
+fn a_time_poses_the_scene() {
+    let folder = folder();
+    let mut scene = tiny_files::animated();
+    scene.json["nodes"][1]["translation"] = json!([0.5, 0.5, 4.0]);
+    scene.json["materials"][0]["doubleSided"] = json!(true);
+    write(folder.path(), "animated.glb", &scene.glb());
+    let covered = |options: &str| {
+        let args = format!("render animated.glb --size 64x48 --method pinhole -o out.exr --json out.json {options}");
+        stdout(folder.path(), &args);
+        let text = std::fs::read_to_string(folder.path().join("out.json")).expect("written");
+        let depth = defocus::image_io::read_scalars(&folder.path().join("out.exr"), Some("Z")).expect("a depth layer");
+        let near = depth.values.pixels.iter().filter(|depth| depth.is_finite()).count();
+        (near, text)
+    };
+    let (at_rest, rest_notes) = covered("");
+    let (at_1_s, notes) = covered("--time 1 --animation Way");
+    // At 1 s the square is twice as large, and nearer by 2 m.
+    assert!(at_1_s > 2 * at_rest, "{at_rest} pixels at rest, {at_1_s} at 1 s");
+    assert!(rest_notes.contains("rest pose") && notes.contains("at 1 s of its animation"), "{notes}");
 }
 
 #[test]

@@ -68,6 +68,7 @@ fn gltf_seeds() -> Seeds {
     let instanced = json!({"EXT_mesh_gpu_instancing": {"attributes": {"TRANSLATION": 0}}});
     posed.json["nodes"] = json!([{"mesh": 0, "skin": 0}, {}, {"mesh": 0, "extensions": instanced}]);
     posed.json["scenes"][0]["nodes"] = json!([0, 1, 2]);
+    let (draco_streams, textures) = (tiny_files::streams::draco(), tiny_files::streams::ktx2());
     vec![
         ("square.glb", square.glb()),
         ("square.gltf", square.gltf()),
@@ -75,6 +76,12 @@ fn gltf_seeds() -> Seeds {
         ("posed.glb", posed.glb()),
         ("triangles.glb", compressed(3, "TRIANGLES").glb()),
         ("indices.glb", compressed(3, "INDICES").glb()),
+        ("animated.glb", tiny_files::animated().glb()),
+        ("draco_edgebreaker.glb", tiny_files::draco(&draco_streams[0].2).glb()),
+        ("draco_valence.glb", tiny_files::draco(&draco_streams[1].2).glb()),
+        ("draco_sequential.glb", tiny_files::draco(&draco_streams[2].2).glb()),
+        ("etc1s.glb", tiny_files::basisu(&textures[1].2).glb()),
+        ("uastc.glb", tiny_files::basisu(&textures[3].2).glb()),
     ]
 }
 
@@ -109,8 +116,23 @@ fn image_depth_seeds() -> Seeds {
         ("pfm", image_with_depth(4, &webp, &pfm)),
         ("npy", image_with_depth(5, &color, &npy)),
         ("tiff", image_with_depth(6, &color, &tiff)),
+        ("jpeg_with_depth", image_with_depth(0, &jpeg_with_depth(&depth), &[])),
         ("half_size", image_with_depth(7, &color, &png16(3, 2, |x, y| (9 + x + y) as u16))),
     ]
+}
+
+/// A JPEG whose XMP holds a depth map, in one segment.
+fn jpeg_with_depth(depth: &[u8]) -> Vec<u8> {
+    let grey = image::GrayImage::from_pixel(6, 4, image::Luma([90]));
+    let mut jpeg = std::io::Cursor::new(Vec::new());
+    grey.write_to(&mut jpeg, image::ImageFormat::Jpeg).unwrap();
+    let jpeg = jpeg.into_inner();
+    let data = base64::Engine::encode(&base64::engine::general_purpose::STANDARD, depth);
+    let xmp = format!(
+        "http://ns.adobe.com/xap/1.0/\0<r GDepth:Format='RangeInverse' GDepth:Near='1' GDepth:Far='9' GDepth:Data='{data}'/>"
+    );
+    let segment = [&[0xff, 0xe1][..], &(xmp.len() as u16 + 2).to_be_bytes(), xmp.as_bytes()].concat();
+    [&jpeg[..2], &segment, &jpeg[2..]].concat()
 }
 
 fn presets_seeds() -> Seeds {

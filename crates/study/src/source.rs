@@ -8,7 +8,7 @@ use defocus::gpu::Gpu;
 use defocus::image::{DepthImage, Image};
 use defocus::lens::{Lens, MM_PER_M};
 use defocus::presets;
-use defocus::scene::gltf::Lighting;
+use defocus::scene::gltf::{Lighting, Moment};
 use defocus::scene::rgbd::{self, DepthEncoding, RgbdError, RgbdScene};
 use defocus::scene::{MadeFor, Scene, SceneError, gltf};
 use defocus::view::{GpuScene, SurfaceOptions, View, ViewError};
@@ -113,6 +113,12 @@ pub enum SourceError {
         /// What was given.
         factor: f64,
     },
+    /// A time where nothing moves.
+    #[error("{} has no animations: leave out --time and --animation, which are for .glb and .gltf files", spec.escape_debug())]
+    NotAnimated {
+        /// What was given.
+        spec: String,
+    },
     /// A camera that the scene does not have.
     #[error("{scene} has no camera '{}'; it has {known} (numbers from 0 are accepted too)", given.escape_debug())]
     NoSuchCamera {
@@ -190,6 +196,20 @@ impl Source {
                 Err(SourceError::Unknown { spec: spec.into(), known })
             }
         }
+    }
+
+    /// Opens a `.glb` or `.gltf` file as it is at a moment of an animation.
+    ///
+    /// # Errors
+    ///
+    /// [`SourceError::NotAnimated`] for what is no such file; those of the loader.
+    pub fn open_at(spec: &str, moment: &Moment) -> Result<Self, SourceError> {
+        let path = Path::new(spec);
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if !matches!(extension.as_str(), "glb" | "gltf") {
+            return Err(SourceError::NotAnimated { spec: spec.into() });
+        }
+        Ok(Self::Scene(Arc::new(gltf::load_at(path, moment)?)))
     }
 
     /// The same source with its light chosen; an image has its light in it.

@@ -153,6 +153,23 @@ fn three_equal_channels_are_one_and_different_ones_are_not() {
 }
 
 #[test]
+fn luminance_and_chroma_make_colour() {
+    let folder = folder();
+    let (y, ry, by): (Values, Values, Values) = (&|x, _| 0.5 + x as f32, &|_, _| 0.4, &|_, _| -0.2);
+    let picture = exr(&folder, "chroma.exr", &[("Y", y), ("RY", ry), ("BY", by), ("Z", &|_, _| 3.0)]);
+    let scene = load(&picture, None, METRES);
+    for x in 0..3 {
+        // RY = (R - Y) / Y, BY = (B - Y) / Y, and Y is the luminance of Rec. 709.
+        let found = scene.color.at(x, 1);
+        let y = 0.5 + x as f32;
+        let luminance = found.dot(Vec3::new(0.2126, 0.7152, 0.0722));
+        assert!((found.x - 1.4 * y).abs() < 1e-5 && (found.z - 0.8 * y).abs() < 1e-5, "{found}");
+        assert!((luminance - y).abs() < 1e-4, "{luminance} for {y}");
+        assert_eq!(scene.depth.at(x, 1), 3.0);
+    }
+}
+
+#[test]
 fn primaries_of_the_file_are_obeyed() {
     let folder = folder();
     let path = folder.path().join("aces.exr");

@@ -30,6 +30,20 @@ impl<'a> Elements<'a> {
         &self.bytes[i * self.stride..]
     }
 
+    /// `count` elements of `size` bytes, one behind the other.
+    fn packed(bytes: &'a [u8], (count, size): (usize, usize), item: &str) -> Result<Self, SceneProblem> {
+        let needed = count.saturating_mul(size);
+        if needed > bytes.len() {
+            return Err(SceneProblem::OutOfBytes {
+                item: item.to_owned(),
+                holder: "its compressed stream".to_owned(),
+                needed: needed as u64,
+                available: bytes.len() as u64,
+            });
+        }
+        Ok(Self { bytes, stride: size, count })
+    }
+
     /// `count` elements of `size` bytes in a view, or why they do not lie in it.
     fn in_view(
         view: &gltf::buffer::View,
@@ -82,10 +96,13 @@ pub(super) fn check(accessor: &Accessor, buffers: &Buffers) -> Result<(), SceneP
 fn parts<'a>(accessor: &Accessor, buffers: &'a Buffers) -> Result<Parts<'a>, SceneProblem> {
     let item = label(accessor);
     let count = accessor.count();
-    let base = accessor
-        .view()
-        .map(|view| Elements::in_view(&view, (accessor.offset(), count, accessor.size()), buffers, &item))
-        .transpose()?;
+    let base = match (buffers.accessor(accessor.index()), accessor.view()) {
+        (Some(bytes), _) => Some(Elements::packed(bytes, (count, accessor.size()), &item)?),
+        (None, Some(view)) => {
+            Some(Elements::in_view(&view, (accessor.offset(), count, accessor.size()), buffers, &item)?)
+        }
+        (None, None) => None,
+    };
     if base.is_none() && count > MAX_UNBACKED_COUNT {
         let detail = format!("{count} elements without data; at most {MAX_UNBACKED_COUNT} are accepted");
         return Err(SceneProblem::Oversize { item, detail });

@@ -117,6 +117,8 @@ fn split_glb(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), SceneProblem> {
 pub(super) struct Buffers {
     bytes: Vec<Vec<u8>>,
     decoded: HashMap<usize, Vec<u8>>,
+    /// By accessor, the elements of those that are stored in a stream of another kind.
+    accessors: HashMap<usize, Vec<u8>>,
 }
 
 impl Buffers {
@@ -148,7 +150,7 @@ impl Buffers {
             Ok(bytes)
         };
         let bytes = document.buffers().map(load_one).collect::<Result<_, _>>()?;
-        let mut buffers = Self { bytes, decoded: HashMap::new() };
+        let mut buffers = Self { bytes, decoded: HashMap::new(), accessors: HashMap::new() };
         let mut left = meshopt::most_decoded_bytes(buffers.total_bytes());
         for view in document.views() {
             if let Some(source) = meshopt_of(exact, view.index()) {
@@ -167,7 +169,30 @@ impl Buffers {
 
     /// Bytes of all buffers and decoded views together.
     pub(super) fn total_bytes(&self) -> usize {
-        self.bytes.iter().chain(self.decoded.values()).map(Vec::len).sum()
+        self.bytes.iter().chain(self.decoded.values()).chain(self.accessors.values()).map(Vec::len).sum()
+    }
+
+    /// The decoded elements of an accessor, one behind the other, where they come from a stream.
+    pub(super) fn accessor(&self, index: usize) -> Option<&[u8]> {
+        self.accessors.get(&index).map(Vec::as_slice)
+    }
+
+    /// Gives an accessor elements that were decoded from a stream.
+    #[cfg(feature = "draco")]
+    pub(super) fn fill_accessor(&mut self, index: usize, elements: Vec<u8>) {
+        self.accessors.insert(index, elements);
+    }
+
+    /// The bytes of a buffer view of a document that is being changed.
+    #[cfg(feature = "draco")]
+    pub(super) fn raw_view(&self, view: &json::buffer::View, index: usize) -> Result<&[u8], SceneProblem> {
+        let too_large = || SceneProblem::Oversize {
+            item: format!("bufferViews[{index}]"),
+            detail: "its length is more than this machine can address".to_owned(),
+        };
+        let offset = view.byte_offset.map_or(Ok(0), |offset| usize::try_from(offset.0)).map_err(|_| too_large())?;
+        let length = usize::try_from(view.byte_length.0).map_err(|_| too_large())?;
+        self.slice(view.buffer.value(), offset, length, &format!("bufferViews[{index}]"))
     }
 
     /// The bytes of the buffer view with that index in the (validated) document.
@@ -207,7 +232,7 @@ impl Buffers {
 /// compressed elsewhere has no data of its own.
 fn needed(document: &gltf::Document, exact: &Exact) -> Vec<bool> {
     let mut is_needed = vec![false; document.buffers().len()];
-    let compressed = exact.buffer_views.iter().filter_map(|view| view.extensions.meshopt.as_ref());
+    let compressed = exact.buffer_views.iter().filter_map(|view| view.extensions.meshopt());
     let plain = document.views().filter(|view| meshopt_of(exact, view.index()).is_none());
     for index in plain.map(|view| view.buffer().index()).chain(compressed.map(|source| source.buffer)) {
         is_needed.get_mut(index).into_iter().for_each(|flag| *flag = true);
@@ -216,7 +241,7 @@ fn needed(document: &gltf::Document, exact: &Exact) -> Vec<bool> {
 }
 
 fn meshopt_of(exact: &Exact, view: usize) -> Option<&Meshopt> {
-    exact.buffer_views.get(view)?.extensions.meshopt.as_ref()
+    exact.buffer_views.get(view)?.extensions.meshopt()
 }
 
 /// The bytes behind a `uri`: a base64 data URI, or a file beside the scene.

@@ -5,29 +5,67 @@
 use serde::Deserialize;
 use std::collections::BTreeMap;
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default, rename_all = "camelCase")]
 pub(super) struct Exact {
     pub nodes: Vec<ExactNode>,
     pub cameras: Vec<ExactCamera>,
     pub scenes: Vec<ExactScene>,
-    pub animations: Vec<serde::de::IgnoredAny>,
+    /// Read only when one is shown: what is damaged in them is no reason to refuse a scene at rest.
+    pub animations: Vec<serde_json::Value>,
     pub buffer_views: Vec<ExactView>,
     pub materials: Vec<ExactMaterial>,
+    pub meshes: Vec<ExactMesh>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ExactNode {
     pub matrix: Option<[f64; 16]>,
     pub translation: Option<[f64; 3]>,
     pub rotation: Option<[f64; 4]>,
     pub scale: Option<[f64; 3]>,
+    pub mesh: Option<usize>,
+    /// Of an animation; those at rest are read by the `gltf` crate.
+    #[serde(skip)]
+    pub weights: Option<Vec<f32>>,
     pub extensions: NodeExtensions,
 }
 
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ExactAnimation {
+    pub name: Option<String>,
+    pub channels: Vec<Channel>,
+    pub samplers: Vec<Sampler>,
+}
+
+/// What a sampler moves.
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Channel {
+    pub sampler: usize,
+    pub target: Target,
+}
+
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Target {
+    pub node: Option<usize>,
+    pub path: String,
+}
+
+/// Keys: an accessor of times, seconds, and one of values.
+#[derive(Clone, Deserialize)]
+pub(super) struct Sampler {
+    pub input: usize,
+    pub output: usize,
+    #[serde(default)]
+    pub interpolation: String,
+}
+
 /// The extensions of a node that are read here.
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct NodeExtensions {
     #[serde(rename = "EXT_mesh_gpu_instancing")]
@@ -38,14 +76,14 @@ pub(super) struct NodeExtensions {
 
 /// EXT_mesh_gpu_instancing: accessors by what they hold (TRANSLATION, ROTATION, SCALE, and
 /// attributes of an application, which begin with `_`).
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Instancing {
     pub attributes: BTreeMap<String, usize>,
 }
 
 /// KHR_node_visibility: a node that is not visible hides its children too.
-#[derive(Deserialize)]
+#[derive(Clone, Deserialize)]
 pub(super) struct Visibility {
     #[serde(default = "yes")]
     pub visible: bool,
@@ -55,7 +93,7 @@ fn yes() -> bool {
     true
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ExactCamera {
     #[serde(rename = "type")]
@@ -80,27 +118,36 @@ pub(super) struct ExactOrthographic {
     pub znear: f64,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ExactScene {
     pub extras: Option<serde_json::Value>,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ExactView {
     pub extensions: ViewExtensions,
 }
 
 /// The extensions of a buffer view that are read here.
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ViewExtensions {
     #[serde(rename = "EXT_meshopt_compression")]
-    pub meshopt: Option<Meshopt>,
+    ext_meshopt: Option<Meshopt>,
+    #[serde(rename = "KHR_meshopt_compression")]
+    khr_meshopt: Option<Meshopt>,
 }
 
-/// EXT_meshopt_compression: where the encoded bytes lie, and what they decode to.
+impl ViewExtensions {
+    /// The compressed data of the view; those of the ratified extension where it has both.
+    pub(super) fn meshopt(&self) -> Option<&Meshopt> {
+        self.khr_meshopt.as_ref().or(self.ext_meshopt.as_ref())
+    }
+}
+
+/// EXT_meshopt_compression and KHR_meshopt_compression: where the encoded bytes lie, and what they decode to.
 #[derive(Clone, Deserialize)]
 #[serde(rename_all = "camelCase")]
 pub(super) struct Meshopt {
@@ -115,14 +162,45 @@ pub(super) struct Meshopt {
     pub filter: String,
 }
 
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ExactMesh {
+    pub primitives: Vec<ExactPrimitive>,
+}
+
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct ExactPrimitive {
+    pub extensions: PrimitiveExtensions,
+}
+
+/// The extensions of a primitive that are read here.
+#[derive(Clone, Default, Deserialize)]
+#[serde(default)]
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "without the decoder nothing reads them"))]
+pub(super) struct PrimitiveExtensions {
+    #[serde(rename = "KHR_draco_mesh_compression")]
+    pub draco: Option<Draco>,
+}
+
+/// KHR_draco_mesh_compression: the view that holds the stream, and attributes by their numbers in it.
+#[derive(Clone, Deserialize)]
+#[serde(rename_all = "camelCase")]
+#[cfg_attr(not(feature = "draco"), allow(dead_code, reason = "without the decoder nothing reads them"))]
+pub(super) struct Draco {
+    pub buffer_view: usize,
+    #[serde(default)]
+    pub attributes: BTreeMap<String, usize>,
+}
+
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct ExactMaterial {
     pub extensions: MaterialExtensions,
 }
 
 /// The extensions of a material that are read here.
-#[derive(Default, Deserialize)]
+#[derive(Clone, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct MaterialExtensions {
     #[serde(rename = "KHR_materials_pbrSpecularGlossiness")]

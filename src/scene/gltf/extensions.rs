@@ -4,12 +4,17 @@ use super::super::error::SceneProblem;
 use super::notes::Notes;
 use ::gltf::Document;
 
+/// Extensions that are honoured, where this build has their decoders.
+const OPTIONAL: &[(&str, bool)] =
+    &[("KHR_draco_mesh_compression", cfg!(feature = "draco")), ("KHR_texture_basisu", cfg!(feature = "basis"))];
+
 /// Extensions that are honoured.
 const READ: &[&str] = &[
     "EXT_mesh_gpu_instancing",
     "EXT_meshopt_compression",
     "EXT_texture_webp",
     "KHR_lights_punctual",
+    "KHR_meshopt_compression",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
     "KHR_materials_unlit",
@@ -39,18 +44,22 @@ const HARMLESS: &[&str] = &[
     "MSFT_packing_occlusionRoughnessMetallic",
 ];
 
+fn is_read(name: &str) -> bool {
+    READ.contains(&name) || OPTIONAL.contains(&(name, true))
+}
+
 /// Whether a file that requires the extension is drawn: extensions of materials, lights and
 /// textures change what a surface shows and never where it is.
 fn may_be_required(name: &str) -> bool {
     let shading = ["_materials_", "_lights_", "_texture_"].iter().any(|part| name.contains(part));
-    shading || READ.contains(&name) || HARMLESS.contains(&name)
+    shading || is_read(name) || HARMLESS.contains(&name)
 }
 
 /// Refuses what changes geometry and is not read.
 pub(super) fn check_required(required: &[String]) -> Result<(), SceneProblem> {
     let Some(name) = required.iter().find(|name| !may_be_required(name)) else { return Ok(()) };
     let hint = match name.as_str() {
-        "KHR_draco_mesh_compression" => ", that is with uncompressed meshes",
+        "KHR_draco_mesh_compression" => ", that is with uncompressed meshes, or use a build with the feature draco",
         _ => "",
     };
     Err(SceneProblem::RequiredExtension { name: name.clone(), hint })
@@ -61,7 +70,7 @@ pub(super) fn note_ignored(document: &Document, notes: &mut Notes) {
     // Transmission has a note of its own, with the materials that have it.
     let ignored = document
         .extensions_used()
-        .filter(|name| !READ.contains(name) && !HARMLESS.contains(name) && *name != "KHR_materials_transmission");
+        .filter(|name| !is_read(name) && !HARMLESS.contains(name) && *name != "KHR_materials_transmission");
     for name in ignored {
         let required = document.extensions_required().any(|other| other == name);
         notes.add(

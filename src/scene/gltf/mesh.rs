@@ -39,7 +39,8 @@ impl Source<'_, '_> {
         for place in &placed.meshes {
             let (node, source) = (&nodes[place.node], &sources[place.mesh]);
             let skin = Skin::of(node, &placed.world_from_node, self.buffers, self.notes)?;
-            let weights = node.weights().or(source.weights()).unwrap_or_default().to_vec();
+            let at_rest = || node.weights().or(source.weights()).unwrap_or_default().to_vec();
+            let weights = self.exact.nodes[place.node].weights.clone().unwrap_or_else(at_rest);
             // A skin alone says where its vertices are: the node's own transform counts for
             // nothing (glTF 2.0, section 3.7.3.3).
             let world_from_object = match &skin {

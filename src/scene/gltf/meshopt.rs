@@ -1,5 +1,5 @@
-//! EXT_meshopt_compression: buffer views decoded from the bitstreams of its appendix A, with
-//! the filters of appendix B.
+//! EXT_meshopt_compression and KHR_meshopt_compression: buffer views decoded from the bitstreams of
+//! their appendix A, with the filters of appendix B.
 //!
 //! Every read is checked, and nothing is allocated that the encoded bytes cannot fill.
 
@@ -10,8 +10,9 @@ mod indices;
 use super::super::error::SceneProblem;
 use super::exact::Meshopt;
 
-/// Most bytes that an encoded byte can become: two bits stand for 16 equal bytes.
-const MAX_EXPANSION: usize = 64;
+/// Most bytes that an encoded byte can become: a control of version 1 stands for four bytes of each
+/// of up to 256 elements.
+const MAX_EXPANSION: usize = 1024;
 
 /// Bytes that any stream may decode to, however short: the baseline of a first block.
 const MAX_UNPAID_BYTES: usize = 1 << 16;
@@ -58,7 +59,7 @@ pub(super) fn decode(
     byte_length: usize,
     item: &str,
 ) -> Result<Vec<u8>, SceneProblem> {
-    let invalid = |detail: String| SceneProblem::invalid(format!("{item}.extensions.EXT_meshopt_compression"), detail);
+    let invalid = |detail: String| SceneProblem::invalid(format!("{item}, its compressed data,"), detail);
     let (stride, count) = (source.byte_stride, source.count);
     let size = stride.checked_mul(count).filter(|&size| size == byte_length);
     let Some(size) = size else {
@@ -83,6 +84,7 @@ pub(super) fn decode(
         "OCTAHEDRAL" => is_attributes && [4, 8].contains(&stride),
         "QUATERNION" => is_attributes && stride == 8,
         "EXPONENTIAL" => is_attributes,
+        "COLOR" => is_attributes && [4, 8].contains(&stride),
         _ => false,
     };
     if !filter_is_valid {
@@ -103,6 +105,8 @@ pub(super) fn decode(
         "OCTAHEDRAL" => filters::octahedral::<2>(&mut bytes),
         "QUATERNION" => filters::quaternion(&mut bytes),
         "EXPONENTIAL" => filters::exponential(&mut bytes),
+        "COLOR" if stride == 4 => filters::color::<1>(&mut bytes),
+        "COLOR" => filters::color::<2>(&mut bytes),
         _ => {}
     }
     Ok(bytes)

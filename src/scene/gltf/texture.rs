@@ -2,10 +2,13 @@
 
 use super::super::error::SceneProblem;
 use super::super::{Material, TextureImage, TextureUse};
+#[cfg(feature = "basis")]
+use super::basis;
 use super::budget::Budget;
 use super::container::{Buffers, read_uri};
 use super::material::TextureKey;
 use super::notes::Notes;
+use crate::image_io::one_line;
 use ::gltf::Document;
 use glam::{UVec2, Vec3};
 use image::{DynamicImage, ImageReader};
@@ -136,17 +139,31 @@ fn bytes_of<'a>(
 
 /// Width and height by the image's header, px.
 fn dimensions(bytes: &[u8]) -> Option<(u32, u32)> {
+    #[cfg(feature = "basis")]
+    if basis::is_ktx2(bytes) {
+        return basis::dimensions(bytes);
+    }
     ImageReader::new(Cursor::new(bytes)).with_guessed_format().ok()?.into_dimensions().ok()
 }
 
 /// The format is told by the content: declared media types are often wrong. The decoder's
 /// own limit on memory (512 MiB) refuses absurd sizes.
 fn decode(bytes: &[u8], item: String) -> Decoded {
-    let image = image::load_from_memory(bytes).map_err(|e| SceneProblem::Image { item, detail: e.to_string() })?;
+    let image = read(bytes).map_err(|detail| SceneProblem::Image { item, detail: one_line(&detail) })?;
     let was_shrunk = image.width().max(image.height()) > MAX_SIDE;
     let rgba = if was_shrunk { shrunk(&image) } else { image }.into_rgba8();
     let size = UVec2::new(rgba.width(), rgba.height());
     Ok(Pixels { size, rgba8: rgba.as_raw().as_chunks::<4>().0.to_vec(), was_shrunk })
+}
+
+fn read(bytes: &[u8]) -> Result<DynamicImage, String> {
+    #[cfg(feature = "basis")]
+    if basis::is_ktx2(bytes) {
+        let (size, rgba8) = basis::decode(bytes)?;
+        let image = image::RgbaImage::from_raw(size.x, size.y, rgba8.into_flattened());
+        return image.map(DynamicImage::ImageRgba8).ok_or_else(|| "an image of another size than its own".to_owned());
+    }
+    image::load_from_memory(bytes).map_err(|e| e.to_string())
 }
 
 /// Halved, as often as it takes: each pixel the mean of those that it covers.

@@ -68,10 +68,13 @@ fn describe(error: validation::Error) -> &'static str {
     }
 }
 
+/// How the note begins that is true only of a scene at rest.
+pub(super) const AT_REST: &str = "animations are not played";
+
 /// Notes the features that this loader draws in their rest state or not at all.
-pub(super) fn note_what_is_left_out(document: &Document, animations: usize, notes: &mut Notes) {
-    if animations > 0 {
-        notes.add("animations are not played: the rest pose is shown", "");
+pub(super) fn note_what_is_left_out(document: &Document, is_at_rest: bool, notes: &mut Notes) {
+    if is_at_rest {
+        notes.add(format!("{AT_REST}: the rest pose is shown (--time S shows another)"), "");
     }
     if document.scenes().len() > 1 {
         notes.add("the file has several scenes: only its default one is shown", "");

@@ -5,6 +5,7 @@ use defocus::aperture::Aperture;
 use defocus::display::{Display, ToneMap};
 use defocus::eye::{Eye, EyePreset, Pupil, PupilError, Refraction, amplitude_d, eye_presets};
 use defocus::gpu::{Gpu, GpuError, Schedule};
+use defocus::scene::gltf::Moment;
 use defocus::viewing::{PX_PER_DEGREE, Screen, ScreenError};
 use defocus_study::cache::ReferenceCache;
 use glam::{DQuat, DVec3, UVec2, uvec2};
@@ -17,6 +18,12 @@ pub struct SceneOptions {
     /// A built-in name, gauntlet:SEED, a .glb or .gltf file, or an image with depth (.png, .jpg, .webp, .bmp,
     /// .tif, .hdr, .pfm, .exr)
     pub scene: String,
+    /// Show a glTF file as it is at this time of its animation, seconds
+    #[arg(long, value_name = "S", allow_hyphen_values = true)]
+    pub time: Option<f64>,
+    /// The animation to show, by name or number from 0 [default: the first, at 0 s without --time]
+    #[arg(long, value_name = "NAME")]
+    pub animation: Option<String>,
     /// Depth of the image, if it has none of its own: an EXR, PFM, NumPy array, TIFF, or a PNG of 8 or 16
     /// bits; of another size than the image, it is resampled with edges kept
     #[arg(long, value_name = "FILE")]
@@ -50,6 +57,14 @@ pub struct SceneOptions {
     /// The EXR layer or channel that is depth [default: Z, depth, Depth.Z, Depth.V or the like]
     #[arg(long, value_name = "NAME")]
     pub depth_layer: Option<String>,
+}
+
+impl SceneOptions {
+    /// The moment of an animation that is asked for.
+    pub fn moment(&self) -> Option<Moment> {
+        let is_asked_for = self.time.is_some() || self.animation.is_some();
+        is_asked_for.then(|| Moment { animation: self.animation.clone(), time_s: self.time.unwrap_or(0.0) })
+    }
 }
 
 /// A stereo pair's calibration.

@@ -67,7 +67,11 @@ impl Setup {
         let lens_options = &Given { options: options.lens, pupil_mm, screen };
         let parts = lens_parts(lens_options)?;
         let spec = &options.scene.scene;
-        let source = Source::open(spec, &depth_args)?.lit(lighting(options.view.light));
+        let source = match options.scene.moment() {
+            None => Source::open(spec, &depth_args)?,
+            Some(moment) => Source::open_at(spec, &moment)?,
+        };
+        let source = source.lit(lighting(options.view.light));
         let camera = source.camera_index(&options.view.camera)?;
         check_overscan(options.view.overscan, &source)?;
 

@@ -1,36 +1,50 @@
-//! Mode 0: attributes as byte-wise differences of consecutive elements.
+//! Mode 0: attributes as differences of consecutive elements.
+//!
+//! Version 0 (EXT_meshopt_compression) has the differences of single bytes; version 1
+//! (KHR_meshopt_compression) also those of words of 16 bits and the exclusive or of words of 32,
+//! bytes that do not change at all, and differences of one bit.
 
 use super::Stream;
 
-/// First byte of a stream of version 0.
+/// The header's upper half; the version is the lower.
 const HEADER: u8 = 0xa0;
 
 /// Elements whose differences are encoded alike.
 const GROUP: usize = 16;
 
-/// Least bytes of the tail, whose last bytes are the baseline element.
-const MIN_TAIL_BYTES: usize = 32;
+/// Least bytes of the tail of either version, whose last bytes are the baseline element.
+const MIN_TAIL_BYTES: [usize; 2] = [32, 24];
 
-/// `count` elements of `stride` bytes; `None` for a damaged stream.
+/// Bits of a difference by a group's mode: of version 0, and of the two kinds of version 1.
+const BITS: [[usize; 4]; 3] = [[0, 2, 4, 8], [0, 1, 2, 4], [1, 2, 4, 8]];
+
+/// `count` elements of `stride` bytes, a multiple of 4; `None` for a damaged stream.
 pub(super) fn decode(stream: &mut Stream, stride: usize, count: usize) -> Option<Vec<u8>> {
-    if stream.byte()? != HEADER {
-        return None;
-    }
-    let tail_bytes = stride.max(MIN_TAIL_BYTES);
+    let version = usize::from(stream.byte()? ^ HEADER);
+    let channel_bytes = if version == 0 { 0 } else { stride / 4 };
+    let tail_bytes = (stride + channel_bytes).max(*MIN_TAIL_BYTES.get(version)?);
     let tail_at = stream.rest.len().checked_sub(tail_bytes)?;
     let (blocks, tail) = stream.rest.split_at(tail_at);
     stream.rest = blocks;
-    let mut previous = tail[tail_bytes - stride..].to_vec();
+    let (baseline, channels) = tail[tail_bytes - stride - channel_bytes..].split_at(stride);
+    let mut previous = baseline.to_vec();
 
     let most = ((8192 / stride) & !(GROUP - 1)).min(256);
     let mut decoded = vec![0; count * stride];
     for block in decoded.chunks_mut(most * stride) {
-        for (k, previous) in previous.iter_mut().enumerate() {
-            let elements = block.len() / stride;
-            let differences = data_block(stream, elements.div_ceil(GROUP))?;
-            for (element, difference) in block.chunks_exact_mut(stride).zip(differences) {
-                *previous = previous.wrapping_add(unzigzag(difference));
-                element[k] = *previous;
+        let elements = block.len() / stride;
+        let controls = stream.take(channel_bytes)?;
+        for (word, previous) in previous.as_chunks_mut::<4>().0.iter_mut().enumerate() {
+            let control = controls.get(word).copied();
+            let mut codes: [Vec<u8>; 4] = Default::default();
+            for (byte, codes) in codes.iter_mut().enumerate() {
+                *codes = byte_codes(stream, control.map(|control| (control >> (2 * byte)) & 3), elements)?;
+            }
+            let channel = channels.get(word).copied().unwrap_or(0);
+            for (i, element) in block.chunks_exact_mut(stride).enumerate() {
+                let code = [0, 1, 2, 3].map(|byte: usize| codes[byte][i]);
+                *previous = next(*previous, code, channel)?;
+                element[word * 4..word * 4 + 4].copy_from_slice(previous);
             }
         }
     }
@@ -38,29 +52,63 @@ pub(super) fn decode(stream: &mut Stream, stride: usize, count: usize) -> Option
     stream.rest.is_empty().then_some(decoded)
 }
 
-/// The differences of one byte of all elements of a block, still zigzag-encoded.
-fn data_block(stream: &mut Stream, groups: usize) -> Option<Vec<u8>> {
+/// The codes of one byte of all elements of a block, by its control of version 1.
+fn byte_codes(stream: &mut Stream, control: Option<u8>, elements: usize) -> Option<Vec<u8>> {
+    let groups = elements.div_ceil(GROUP);
+    match control {
+        None => grouped(stream, groups, BITS[0]),
+        Some(0) => grouped(stream, groups, BITS[1]),
+        Some(1) => grouped(stream, groups, BITS[2]),
+        Some(2) => Some(vec![0; elements]),
+        Some(_) => stream.take(elements).map(<[u8]>::to_vec),
+    }
+}
+
+/// Four bytes of an element from those of the one before and their codes.
+fn next(previous: [u8; 4], code: [u8; 4], channel: u8) -> Option<[u8; 4]> {
+    match channel & 3 {
+        0 => Some([0, 1, 2, 3].map(|k: usize| previous[k].wrapping_add(unzigzag(code[k])))),
+        1 => {
+            let half = |k: usize| {
+                let code = u16::from_le_bytes([code[k], code[k + 1]]);
+                let difference = (code >> 1) ^ (code & 1).wrapping_neg();
+                u16::from_le_bytes([previous[k], previous[k + 1]]).wrapping_add(difference).to_le_bytes()
+            };
+            let ([a, b], [c, d]) = (half(0), half(2));
+            Some([a, b, c, d])
+        }
+        2 => {
+            let rotated = u32::from_le_bytes(code).rotate_right(u32::from(channel >> 4));
+            Some((u32::from_le_bytes(previous) ^ rotated).to_le_bytes())
+        }
+        _ => None,
+    }
+}
+
+/// Codes in groups, each of a number of bits by its mode.
+fn grouped(stream: &mut Stream, groups: usize, bits: [usize; 4]) -> Option<Vec<u8>> {
     let modes = stream.take(groups.div_ceil(4))?;
     let mut all = Vec::with_capacity(groups * GROUP);
     for group in 0..groups {
-        match (modes[group / 4] >> (2 * (group % 4))) & 3 {
+        match bits[usize::from((modes[group / 4] >> (2 * (group % 4))) & 3)] {
             0 => all.extend([0; GROUP]),
-            1 => sentinels::<2>(stream, &mut all)?,
-            2 => sentinels::<4>(stream, &mut all)?,
+            1 => sentinels::<1>(stream, &mut all)?,
+            2 => sentinels::<2>(stream, &mut all)?,
+            4 => sentinels::<4>(stream, &mut all)?,
             _ => all.extend(stream.take(GROUP)?),
         }
     }
     Some(all)
 }
 
-/// Sixteen differences of `BITS` bits each, the first in a byte's highest bits; one with all
-/// bits set is a byte of its own behind them.
+/// Sixteen codes of `BITS` bits each, the first in a byte's highest bits, or in its lowest where
+/// they are single bits; one with all bits set is a byte of its own behind them.
 fn sentinels<const BITS: usize>(stream: &mut Stream, all: &mut Vec<u8>) -> Option<()> {
     let packed = stream.take(GROUP * BITS / 8)?;
     let per_byte = 8 / BITS;
     let sentinel = (1_u8 << BITS) - 1;
     for i in 0..GROUP {
-        let shift = 8 - BITS * (i % per_byte + 1);
+        let shift = if BITS == 1 { i % 8 } else { 8 - BITS * (i % per_byte + 1) };
         let code = (packed[i / per_byte] >> shift) & sentinel;
         all.push(if code == sentinel { stream.byte()? } else { code });
     }

@@ -51,6 +51,31 @@ pub(super) fn quaternion(bytes: &mut [u8]) {
     }
 }
 
+/// Filter 4 (of KHR_meshopt_compression): colours as luma and two differences of chroma, with alpha
+/// whose highest bit tells how many bits all of them have; `BYTES` bytes a component.
+pub(super) fn color<const BYTES: usize>(bytes: &mut [u8]) {
+    let greatest = if BYTES == 1 { 255.0 } else { 65535.0 };
+    let unsigned = |bytes: &[u8]| match BYTES {
+        1 => i32::from(bytes[0]),
+        _ => i32::from(u16::from_le_bytes([bytes[0], bytes[1]])),
+    };
+    for element in bytes.chunks_exact_mut(4 * BYTES) {
+        let (y, alpha) = (unsigned(element), unsigned(&element[3 * BYTES..]));
+        let (co, cg) = (get::<BYTES>(&element[BYTES..]) as i32, get::<BYTES>(&element[2 * BYTES..]) as i32);
+        // All bits below the highest one: what full alpha is.
+        let full = (alpha as u32 + 1).next_power_of_two() as i32 - 1;
+        let opacity = ((alpha << 1) & full) | (alpha & 1);
+        let scale = greatest / full.max(1) as f32;
+        for (k, value) in [y + co - cg, y + cg, y - co - cg, opacity].into_iter().enumerate() {
+            let stored = (value as f32 * scale + 0.5).clamp(0.0, greatest);
+            match BYTES {
+                1 => element[k] = stored as u8,
+                _ => element[2 * k..2 * k + 2].copy_from_slice(&(stored as u16).to_le_bytes()),
+            }
+        }
+    }
+}
+
 /// Filter 3: floats as an exponent of 8 bits and a mantissa of 24.
 pub(super) fn exponential(bytes: &mut [u8]) {
     for element in bytes.as_chunks_mut::<4>().0 {
