@@ -43,6 +43,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/splat"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),
+    shader!("lib/thresholds"),
     shader!("lib/tile_lists"),
 ];
 

@@ -8,6 +8,7 @@ mod accessor;
 mod budget;
 mod cameras;
 mod container;
+mod coverage;
 mod exact;
 mod extensions;
 mod geometry;
@@ -99,6 +100,7 @@ fn load_file(file: container::GltfFile, path: &Path) -> Result<Scene, SceneProbl
         let detail = format!("{} meshes, {} nodes", document.meshes().len(), document.nodes().len());
         return Err(SceneProblem::NoGeometry { detail });
     }
+    coverage::settle(&mut scene, &mut notes);
     frame_if_without_camera(&mut scene, &mut notes)?;
     let hints = lighting::author_hints(&document, &file.exact)?;
     lighting::light(&mut scene, placed.lights, hints.is_some(), &mut notes);

@@ -12,6 +12,7 @@ const READ: &[&str] = &[
     "KHR_lights_punctual",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
@@ -58,10 +59,7 @@ pub(super) fn check_required(required: &[String]) -> Result<(), SceneProblem> {
 
 /// Notes the extensions that a file uses and that are not read.
 pub(super) fn note_ignored(document: &Document, notes: &mut Notes) {
-    // Transmission has a note of its own, with the materials that have it.
-    let ignored = document
-        .extensions_used()
-        .filter(|name| !READ.contains(name) && !HARMLESS.contains(name) && *name != "KHR_materials_transmission");
+    let ignored = document.extensions_used().filter(|name| !READ.contains(name) && !HARMLESS.contains(name));
     for name in ignored {
         let required = document.extensions_required().any(|other| other == name);
         notes.add(
