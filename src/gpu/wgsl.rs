@@ -40,6 +40,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/mipmap_discs"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
+    shader!("lib/sheet_rays"),
     shader!("lib/splat"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),

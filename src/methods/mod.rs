@@ -83,6 +83,7 @@ mod primaries;
 mod pyramid;
 mod scatter;
 mod separable;
+mod sheet_rays;
 mod splat;
 pub mod sprites;
 mod subimages;

@@ -24,7 +24,6 @@ uniform! {
     struct Merge {
         peels: u32,
         separation_z: f32,
-        _pad: [u32; 2],
     }
 }
 
@@ -47,6 +46,8 @@ pub struct Sheets {
     /// closer together than a lens tells apart is one layer, at the depth of its nearest sheet; the last
     /// layer holds all that is left.
     pub depths: Texture,
+    /// Layers that may hold anything: the first of the four.
+    pub count: u32,
     separation_z: f32,
 }
 
@@ -86,11 +87,12 @@ impl View {
         let sheets = Sheets {
             color: gpu.texture_of("sheet layers", key),
             depths: frame.texture("depths of sheet layers", size, wgpu::TextureFormat::Rgba32Float),
+            count: peels.count.min(SHEET_LAYERS),
             separation_z,
         };
         frame
             .pass(&SHADER, "merge_sheets")
-            .uniform("merging", &Merge { peels: peels.count, separation_z, ..Default::default() })
+            .uniform("merging", &Merge { peels: peels.count, separation_z })
             .texture("peeled_color", &peels.color)
             .texture("peeled_depth", &peels.depth)
             .texture("new_color", &sheets.color)
@@ -111,7 +113,7 @@ impl View {
         };
         frame
             .pass(&SHADER, "lay_over")
-            .uniform("merging", &Merge { peels: peels.count, ..Default::default() })
+            .uniform("merging", &Merge { peels: peels.count, separation_z: 0.0 })
             .texture("peeled_color", &peels.color)
             .texture("peeled_depth", &peels.depth)
             .texture("solid_color", &solid.color)
