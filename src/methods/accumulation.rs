@@ -50,7 +50,7 @@ impl Method for Accumulation {
             title: "Accumulation buffer",
             paper: "Haeberli and Akeley, The Accumulation Buffer, SIGGRAPH 1990",
             summary: "The mean of many views over the lens: right for every scene as the number of views grows.",
-            limits: "Draws the scene once for every lens point; with few, ghosts show.",
+            limits: "Draws the scene once for every lens point; with few, ghosts show, and glass is grainy.",
             apertures: Apertures::Any,
             astigmatism: true,
             needs_scene: true,

@@ -24,6 +24,7 @@ const LAYERED: [&str; 4] = ["accumulation", "adaptive", "multiview", "splat"];
 /// pooled textures before they are submitted.
 fn alone() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
+    tmp_shaders();
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -226,4 +227,36 @@ fn what_lies_behind_a_solid_surface_does_not_shine_through() {
         let color = middle(&render(id, 16, &mut view, &lens));
         assert!((color - vec3(0.0, 0.0, 1.0)).abs().max_element() < 2e-3, "{id}: {color}");
     }
+}
+
+fn tmp_expand(text: &str, done: &mut Vec<String>) -> String {
+    let mut out = String::new();
+    for line in text.lines() {
+        if let Some(name) = line.strip_prefix("#import ") {
+            if !done.contains(&name.to_string()) {
+                done.push(name.to_string());
+                let t = std::fs::read_to_string(format!("shaders/lib/{name}.wgsl")).unwrap();
+                out += &tmp_expand(&t, done);
+            }
+        } else {
+            out += line;
+            out += "\n";
+        }
+    }
+    out
+}
+fn tmp_shaders() {
+    if std::env::var("GLASS_SHADERS").is_err() {
+        return;
+    }
+    static ONCE: std::sync::Once = std::sync::Once::new();
+    ONCE.call_once(|| {
+        for f in ["sheets", "methods/sheet_tiles", "methods/adaptive_trace", "methods/adaptive_glow", "methods/adaptive_tiles", "methods/multiview", "methods/splat", "methods/splat_sprites", "methods/splat_tiles"] {
+            let t = std::fs::read_to_string(format!("shaders/{f}.wgsl")).unwrap();
+            let t = tmp_expand(&t, &mut Vec::new());
+            if let Err(e) = gpu().replace_shader(f, &t) {
+                println!("{f}: {e}");
+            }
+        }
+    });
 }

@@ -142,7 +142,7 @@ impl Method for Adaptive {
             title: "Adaptive lens rays",
             paper: "",
             summary: "Traces a few lens rays a pixel through peeled layers, only where the blur needs them, and filters what they hit by depth.",
-            limits: "Four surfaces behind one another; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
+            limits: "Four solid surfaces behind one another, and four sheets of glass, smoke or soft leaves, which have one sample a pixel; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,

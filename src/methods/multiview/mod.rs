@@ -145,7 +145,7 @@ impl Method for Multiview {
             title: "Multiview synthesis",
             paper: "Lee, Eisemann and Seidel, Depth-of-Field Rendering with Multiview Synthesis, SIGGRAPH Asia 2009",
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
-            limits: "Within a slab only the nearest surface is known. What an image with a depth map hides is guessed from what lies beside it.",
+            limits: "Within a slab only the nearest solid surface is known, and of glass four sheets behind one another, which do not shift with the lens point. What an image with a depth map hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
