@@ -157,9 +157,7 @@ impl RayRender {
     /// Colour and depth (metres) along every pixel's pinhole ray.
     fn pinhole_pixels(&self) -> Vec<(Vec3, f32)> {
         let size = self.projection.size;
-        let pixel = |y| {
-            move |x| self.scene.seen(&self.sample(x, y, LensPoint::CENTRE), self.options.shading)
-        };
+        let pixel = |y| move |x| self.scene.seen(&self.sample(x, y, LensPoint::CENTRE), self.options.shading);
         (0..size.y).into_par_iter().flat_map_iter(|y| (0..size.x).map(pixel(y))).collect()
     }
 

@@ -6,8 +6,8 @@
 //! pixel takes the solid ones from [`View::solid`], as if there were no sheets, and mixes in
 //! [`View::sheets`] itself.
 
-use super::{Layer, LayerQuery, LayerSeparation, Source, View, copy_to_array_layer};
 use super::raster::SceneSource;
+use super::{Layer, LayerQuery, LayerSeparation, Source, View, copy_to_array_layer};
 use crate::gpu::{Frame, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::{shader, uniform};

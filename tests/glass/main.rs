@@ -24,7 +24,6 @@ const LAYERED: [&str; 4] = ["accumulation", "adaptive", "multiview", "splat"];
 /// pooled textures before they are submitted.
 fn alone() -> MutexGuard<'static, ()> {
     static TURN: Mutex<()> = Mutex::new(());
-    tmp_shaders();
     TURN.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -59,7 +58,9 @@ fn trace(scene: &Scene, lens: &Lens, points: u32) -> ColorImage {
 }
 
 fn psnr_db(a: &ColorImage, b: &ColorImage) -> f64 {
-    let error = |(a, b): (&Vec3, &Vec3)| f64::from((a.clamp(Vec3::ZERO, Vec3::ONE) - b.clamp(Vec3::ZERO, Vec3::ONE)).length_squared());
+    let error = |(a, b): (&Vec3, &Vec3)| {
+        f64::from((a.clamp(Vec3::ZERO, Vec3::ONE) - b.clamp(Vec3::ZERO, Vec3::ONE)).length_squared())
+    };
     let mean = a.pixels.iter().zip(&b.pixels).map(error).sum::<f64>() / (3 * a.pixels.len()) as f64;
     -10.0 * mean.log10()
 }
@@ -85,13 +86,8 @@ fn panes(panes: &[(f32, f32)]) -> Scene {
 #[test]
 fn panes_let_through_what_they_do_not_cover() {
     let _turn = alone();
-    let cases: [&[(f32, f32)]; 5] = [
-        &[(1.5, 0.3)],
-        &[(1.5, 0.7)],
-        &[(1.5, 0.3), (2.5, 0.4)],
-        &[(1.0, 0.5), (1.2, 0.5), (2.0, 0.2)],
-        &[(3.9, 0.3)],
-    ];
+    let cases: [&[(f32, f32)]; 5] =
+        [&[(1.5, 0.3)], &[(1.5, 0.7)], &[(1.5, 0.3), (2.5, 0.4)], &[(1.0, 0.5), (1.2, 0.5), (2.0, 0.2)], &[(3.9, 0.3)]];
     for panes_of in cases {
         let through: f32 = panes_of.iter().map(|(_, alpha)| 1.0 - alpha).product();
         let scene = panes(panes_of);
@@ -104,7 +100,10 @@ fn panes_let_through_what_they_do_not_cover() {
             seen.push(("raytrace", middle(&trace(&scene, &lens, 16))));
             for (id, color) in seen {
                 let wrong = (color.z - through).abs().max((color.x - (1.0 - through)).abs());
-                assert!(wrong < 0.01, "{id}, panes {panes_of:?}, focus {focus_m} m: {color}, not {through} of the wall");
+                assert!(
+                    wrong < 0.01,
+                    "{id}, panes {panes_of:?}, focus {focus_m} m: {color}, not {through} of the wall"
+                );
             }
         }
     }
@@ -186,8 +185,8 @@ fn accumulation_and_rays_agree_on_sheets() {
 fn layered_methods_are_near_the_reference_on_sheets() {
     let _turn = alone();
     let scene = soft_scene();
-    // What each reaches here, less 1 dB.
-    let least = [("adaptive", 30.0), ("multiview", 30.0), ("splat", 25.0)];
+    // What each reaches at the worse of the two, less 1 dB.
+    let least = [("adaptive", 43.8), ("multiview", 44.1), ("splat", 38.8)];
     for (k_px, focus_m) in [(10.0, 2.2), (6.0, 5.0)] {
         let lens = lens(k_px, focus_m);
         let truth = trace(&scene, &lens, 1024);
@@ -227,36 +226,4 @@ fn what_lies_behind_a_solid_surface_does_not_shine_through() {
         let color = middle(&render(id, 16, &mut view, &lens));
         assert!((color - vec3(0.0, 0.0, 1.0)).abs().max_element() < 2e-3, "{id}: {color}");
     }
-}
-
-fn tmp_expand(text: &str, done: &mut Vec<String>) -> String {
-    let mut out = String::new();
-    for line in text.lines() {
-        if let Some(name) = line.strip_prefix("#import ") {
-            if !done.contains(&name.to_string()) {
-                done.push(name.to_string());
-                let t = std::fs::read_to_string(format!("shaders/lib/{name}.wgsl")).unwrap();
-                out += &tmp_expand(&t, done);
-            }
-        } else {
-            out += line;
-            out += "\n";
-        }
-    }
-    out
-}
-fn tmp_shaders() {
-    if std::env::var("GLASS_SHADERS").is_err() {
-        return;
-    }
-    static ONCE: std::sync::Once = std::sync::Once::new();
-    ONCE.call_once(|| {
-        for f in ["sheets", "methods/sheet_tiles", "methods/adaptive_trace", "methods/adaptive_glow", "methods/adaptive_tiles", "methods/multiview", "methods/splat", "methods/splat_sprites", "methods/splat_tiles"] {
-            let t = std::fs::read_to_string(format!("shaders/{f}.wgsl")).unwrap();
-            let t = tmp_expand(&t, &mut Vec::new());
-            if let Err(e) = gpu().replace_shader(f, &t) {
-                println!("{f}: {e}");
-            }
-        }
-    });
 }

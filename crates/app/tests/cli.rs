@@ -399,7 +399,10 @@ fn notes_and_metering_are_said() {
     let args = "render bright.glb --size 64x48 --method pinhole -o out.png --json out.json";
     let output = run(folder.path(), args);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && said.contains("defocus: note: what blended and transmissive materials cover"), "{said}");
+    assert!(
+        output.status.success() && said.contains("defocus: note: what blended and transmissive materials cover"),
+        "{said}"
+    );
     assert!(said.contains("EV, metered from the pinhole image"), "{said}");
     let text = std::fs::read_to_string(folder.path().join("out.json")).expect("written");
     let json: Value = serde_json::from_str(&text).expect("JSON");

@@ -280,8 +280,14 @@ impl Adaptive {
             0 => Views::none(frame, lens),
             _ => Views::draw(frame, view, lens, &adaptive)?,
         };
-        let rays =
-            Rays { adaptive: &adaptive, tiles: &tiles, peeled: &peeled, views: &views, sheets: &sheets, points: &points };
+        let rays = Rays {
+            adaptive: &adaptive,
+            tiles: &tiles,
+            peeled: &peeled,
+            views: &views,
+            sheets: &sheets,
+            points: &points,
+        };
         Ok(rays.record(frame))
     }
 

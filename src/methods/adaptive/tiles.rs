@@ -3,9 +3,9 @@
 //! A neighbouring tile's bin counts only if its blur reaches here; bins behind all that
 //! the pinhole sees within reach are dropped; what is left makes the tile's class.
 
+use super::super::sheet_rays::SheetRays;
 pub use super::super::tile_lists::TILE_PX;
 use super::super::tile_lists::{SKIPPED, TileLists};
-use super::super::sheet_rays::SheetRays;
 use super::AdaptiveUniform;
 use super::highlights::{self, Highlights};
 use crate::gpu::{Buffer, Frame, Shader, Texture};

@@ -263,7 +263,9 @@ fn check(material: &Material, index: Option<usize>, known: &[Material]) -> Resul
     ];
     let finite = material.base_color.is_finite()
         && material.emissive.is_finite()
-        && [material.metallic, material.roughness, material.normal_scale, material.transmission].iter().all(|x| x.is_finite())
+        && [material.metallic, material.roughness, material.normal_scale, material.transmission]
+            .iter()
+            .all(|x| x.is_finite())
         && material.alpha_cutoff.is_none_or(f32::is_finite)
         && transforms.iter().flatten().all(|t| t.u_row.is_finite() && t.v_row.is_finite());
     if finite {

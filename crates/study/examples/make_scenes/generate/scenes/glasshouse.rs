@@ -102,17 +102,18 @@ fn bottles(stage: &mut Stage) {
         (0.016, 0.285),
     ];
     let profile: Vec<Vec2> = profile.iter().map(|&(radius, height)| vec2(radius, height)).collect();
-    let kinds = [("clear bottle", vec3(0.92, 0.97, 0.95)), ("green bottle", vec3(0.25, 0.62, 0.32))].map(|(name, color)| {
-        let glass = stage.material(Material {
-            name,
-            color,
-            roughness: 0.12,
-            transmission: 0.9,
-            double_sided: true,
-            ..Material::default()
+    let kinds =
+        [("clear bottle", vec3(0.92, 0.97, 0.95)), ("green bottle", vec3(0.25, 0.62, 0.32))].map(|(name, color)| {
+            let glass = stage.material(Material {
+                name,
+                color,
+                roughness: 0.12,
+                transmission: 0.9,
+                double_sided: true,
+                ..Material::default()
+            });
+            stage.mesh(Shape::lathe(&profile, 28), glass)
         });
-        stage.mesh(Shape::lathe(&profile, 28), glass)
-    });
     for (kind, x, z, size) in [
         (0, 0.08, -1.9, 1.25),
         (1, 0.26, -1.82, 1.1),
@@ -190,11 +191,15 @@ fn smoke(stage: &mut Stage) {
     });
     let card = Shape::surface(1, 1, |u, v| vec3(u - 0.5, 1.0 - v, 0.0)).flipped_if(|c| c.normal.z < 0.0);
     let card = stage.mesh(card, smoke);
-    for (x, z, width, height, angle) in
-        [(-0.55, -2.75, 0.5, 1.1, 0.2), (-0.48, -2.62, 0.4, 0.9, -0.5), (-0.62, -2.9, 0.6, 1.3, 0.6), (0.1, -1.2, 0.25, 0.5, 0.1)]
-    {
+    for (x, z, width, height, angle) in [
+        (-0.55, -2.75, 0.5, 1.1, 0.2),
+        (-0.48, -2.62, 0.4, 0.9, -0.5),
+        (-0.62, -2.9, 0.6, 1.3, 0.6),
+        (0.1, -1.2, 0.25, 0.5, 0.1),
+    ] {
         stage.node(card, at(x, 0.88, z) * turn(angle) * Mat4::from_scale(vec3(width, height, 1.0)));
     }
-    let iron = stage.material(Material { name: "stove", color: Vec3::splat(0.06), roughness: 0.5, ..Material::default() });
+    let iron =
+        stage.material(Material { name: "stove", color: Vec3::splat(0.06), roughness: 0.5, ..Material::default() });
     stage.place(Shape::cuboid(vec3(-0.55, 0.93, -2.75), vec3(0.16, 0.09, 0.16), 0.1), iron);
 }
