@@ -19,7 +19,7 @@ fn built_in_scenes_load_as_described() {
         assert!(other.is_empty(), "{}: something was approximated: {other:?}", entry.name);
         assert!(!scene.lights.is_empty(), "{} has lights of its own", entry.name);
         // Enough that drawing counts, little enough for software rendering.
-        assert!((30_000..1_300_000).contains(&scene.triangle_count()), "{}: {}", entry.name, scene.triangle_count());
+        assert!((40_000..1_300_000).contains(&scene.triangle_count()), "{}: {}", entry.name, scene.triangle_count());
         let focus_m = scene.focus_hint_m.unwrap_or_else(|| panic!("{} recommends a focus distance", entry.name));
         assert!(focus_m > scene.cameras[0].camera.near_m);
         for named in &scene.cameras {
