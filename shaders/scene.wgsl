@@ -6,6 +6,7 @@
 
 #import color
 #import shading
+#import thresholds
 
 struct View {
     /// Reversed, infinite depth; sheared for a lens point (src/camera.rs).
@@ -23,6 +24,8 @@ struct View {
     /// on each side.
     below_part: vec2u,
     below_texels: u32,
+    /// Number of the lens point that is looked from: which part of a sheet covers.
+    lens_point: u32,
 }
 
 struct Material {
@@ -32,16 +35,21 @@ struct Material {
     roughness: f32,
     normal_scale: f32,
     alpha_cutoff: f32,
-    /// Texture transforms, two rows each: base colour, metallic-roughness, normal, emissive.
-    /// The first row's w is 1 where the texture is looked up by the second coordinates.
-    uv_rows: array<vec4f, 8>,
+    /// Share of light that passes through a sheet.
+    transmission: f32,
+    /// 1: alpha is coverage.
+    blended: u32,
+    /// Texture transforms, two rows each: base colour, metallic-roughness, normal, emissive,
+    /// transmission. The first row's w is 1 where the texture is looked up by the second
+    /// coordinates.
+    uv_rows: array<vec4f, 10>,
 }
 
 // Constants of a pipeline and not of a buffer: software adapters execute both sides of a
 // branch, and an anisotropic read is dear.
 
 /// Bit k: the material has texture k of the list below.
-override TEXTURES: u32 = 15u;
+override TEXTURES: u32 = 31u;
 /// Whether surfaces show their base colour, whatever the light.
 override UNLIT: bool = false;
 /// Whether the targets have several texels a pixel.
@@ -51,6 +59,7 @@ const BASE_COLOR = 0u;
 const METALLIC_ROUGHNESS = 1u;
 const NORMAL = 2u;
 const EMISSIVE = 3u;
+const TRANSMISSION = 4u;
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var<storage, read> lights: array<Light>;
@@ -66,6 +75,8 @@ const EMISSIVE = 3u;
 @group(1) @binding(6) var metallic_roughness_sampler: sampler;
 @group(1) @binding(7) var normal_sampler: sampler;
 @group(1) @binding(8) var emissive_sampler: sampler;
+@group(1) @binding(9) var transmission_texture: texture_2d<f32>;
+@group(1) @binding(10) var transmission_sampler: sampler;
 
 struct VertexIn {
     @location(0) position: vec3f,
@@ -97,8 +108,7 @@ struct Layer {
     @location(1) z: f32,
 }
 
-@vertex
-fn vs_surface(in: VertexIn) -> Surface {
+fn surface_at(in: VertexIn) -> Surface {
     let linear = transpose(mat3x3f(in.row_x.xyz, in.row_y.xyz, in.row_z.xyz));
     let position = linear * in.position + vec3f(in.row_x.w, in.row_y.w, in.row_z.w);
     // The cofactor matrix is the inverse transpose times the determinant, whose sign puts
@@ -113,6 +123,11 @@ fn vs_surface(in: VertexIn) -> Surface {
     out.uv = in.uv;
     out.color = in.color;
     return out;
+}
+
+@vertex
+fn vs_surface(in: VertexIn) -> Surface {
+    return surface_at(in);
 }
 
 fn transformed_uv(uv: vec4f, slot: u32) -> vec2f {
@@ -192,7 +207,10 @@ fn radiance(in: Surface, front: bool, base: vec4f) -> vec3f {
     if UNLIT {
         return base.rgb;
     }
-    let point = surface_point(in, front, base);
+    return lit(surface_point(in, front, base));
+}
+
+fn lit(point: SurfacePoint) -> vec3f {
     let seen = facing(point, view.shading_eye);
     var sum = point.emitted + from_environment(view.environment, point, seen);
     for (var i = 0u; i < view.environment.light_count; i++) {
@@ -242,6 +260,72 @@ fn fs_layer(in: Surface, @builtin(front_facing) front: bool) -> Layer {
         discard;
     }
     return layer(color, in.clip.z);
+}
+
+// ---- sheets: surfaces that cover a part of what lies behind them (src/scene/mod.rs) ----
+
+struct Sheet {
+    @builtin(position) @invariant clip: vec4f,
+    @location(0) position: vec3f,
+    @location(1) normal: vec3f,
+    @location(2) tangent: vec4f,
+    @location(3) uv: vec4f,
+    @location(4) color: vec4f,
+    @location(5) @interpolate(flat) instance: u32,
+}
+
+@vertex
+fn vs_sheet(in: VertexIn, @builtin(instance_index) instance: u32) -> Sheet {
+    let at = surface_at(in);
+    return Sheet(at.clip, at.position, at.normal, at.tangent, at.uv, at.color, instance);
+}
+
+/// Radiance of what is seen of a sheet, and its coverage: `Material::is_sheet`.
+fn sheet_seen(in: Surface, front: bool) -> vec4f {
+    let base = base_color(in);
+    let alpha = select(select(1.0, base.a, material.blended != 0u), 0.0, base.a < material.alpha_cutoff);
+    var passes = material.transmission * (base.r + base.g + base.b) / 3.0;
+    if has(TRANSMISSION) {
+        passes *= sample(transmission_texture, transmission_sampler, transformed_uv(in.uv, TRANSMISSION)).r;
+    }
+    if UNLIT {
+        return vec4f(base.rgb, clamp(alpha * (1.0 - passes), 0.0, 1.0));
+    }
+    var point = surface_point(in, front, base);
+    passes = clamp(passes * (1.0 - point.metallic), 0.0, 1.0);
+    let mirrors = passes * (0.04 + 0.96 * pow(1.0 - facing(point, view.shading_eye).n_dot_v, 5.0));
+    let covers = 1.0 - passes + mirrors;
+    let mirror_share = mirrors / max(covers, 1e-6);
+    point.base_color = mix(point.base_color, vec3f(1.0), mirror_share);
+    point.metallic = mix(point.metallic, 1.0, mirror_share);
+    return vec4f(lit(point), clamp(alpha * covers, 0.0, 1.0));
+}
+
+fn surface_of(in: Sheet) -> Surface {
+    return Surface(in.clip, in.position, in.normal, in.tangent, in.uv, in.color);
+}
+
+/// Sheets as solid surfaces that are there or not, by chance: the mean over lens points is right.
+@fragment
+fn fs_sampled_sheet(in: Sheet, @builtin(front_facing) front: bool) -> Layer {
+    let seen = sheet_seen(surface_of(in), front);
+    if seen.a <= threshold(vec2u(in.clip.xy), 2u * in.instance + u32(front), in.clip.z, view.lens_point) {
+        discard;
+    }
+    return layer(seen.rgb, in.clip.z);
+}
+
+/// Coverage below which a sheet counts as not there: half of what 8 bits of alpha tell apart.
+const LEAST_COVERAGE = 1.0 / 512.0;
+
+/// Sheets that lie below a bound, with their coverage as alpha.
+@fragment
+fn fs_sheet(in: Sheet, @builtin(front_facing) front: bool) -> Layer {
+    let seen = sheet_seen(surface_of(in), front);
+    if seen.a < LEAST_COVERAGE || !in_layer(in.clip) {
+        discard;
+    }
+    return Layer(vec4f(layer(seen.rgb, 0.0).color.rgb, seen.a), in.clip.z);
 }
 
 // ---- surfaces unshaded, for a method that shades them from many eyes ----

@@ -24,6 +24,9 @@ struct Params {
     highlight_threshold: f32,
     highlight_falloff: f32,
     highlight_gain: f32,
+    /// 1: the source is a layer of sheets, whose alpha is coverage and whose colour is multiplied
+    /// with it.
+    sheets: u32,
 }
 
 @group(1) @binding(0) var<uniform> lens: Lens;
@@ -58,6 +61,9 @@ fn with_highlights(rgb: vec3f) -> vec3f {
 fn source(p: vec2u) -> vec4f {
     let texel = textureLoad(color, p, 0);
     let there = texel.a > 0.0 && is_finite_source(texel.rgb, textureLoad(depth, p, 0).r);
+    if params.sheets != 0u {
+        return select(vec4f(0.0), vec4f(with_highlights(texel.rgb / max(texel.a, 1e-6)) * texel.a, texel.a), there);
+    }
     return select(vec4f(0.0), vec4f(with_highlights(texel.rgb), 1.0), there);
 }
 

@@ -5,6 +5,7 @@
 #import layers
 #import lens_rays
 #import listed_tiles
+#import sheet_rays
 
 @group(0) @binding(1) var<uniform> highlights: Highlights;
 @group(0) @binding(2) var<storage, read> emitter_lists: array<u32>;
@@ -54,6 +55,7 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let start = index * highlights.capacity;
     // The pixels of an image, and cells of them.
     let is_square = adaptive.is_image != 0u;
+    let sheets = sheet_bounds_of(index);
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
@@ -78,7 +80,8 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         if hit.layer >= 0 && hit.s < in_front_s {
             continue;
         }
-        sum += emitter.excess * (density / (emitter.s * emitter.s));
+        let left = left_by_sheets(p, v, sheets, adaptive.lens, in_front_s);
+        sum += emitter.excess * (left * density / (emitter.s * emitter.s));
     }
     // Those that are not listed count as the mean of those that are.
     return sum * (f32(count) / f32(max(listed_count, 1u)));

@@ -14,6 +14,9 @@
 @group(0) @binding(6) var<storage, read_write> dilated: array<Tile>;
 /// The number of emitters, then the length of each inner tile's list of them.
 @group(0) @binding(10) var<storage, read> emitter_counts: array<u32>;
+/// By inner tile: s of the nearest and the farthest sheet that its rays can meet, the first the
+/// greater where there is none. One element is bound where there are no sheets at all.
+@group(0) @binding(11) var<storage, read> sheet_bounds: array<vec2f>;
 @group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
 
 // Of each tile in a row of eight.
@@ -223,7 +226,9 @@ fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
     }
     let index = id.y * adaptive.inner_tiles.x + id.x;
     tile.emitters = emitter_counts[1u + index];
-    tile.class_of = select(class_of(vec2u(tile.low, tile.high), tile.step_s), COMPLEX, tile.emitters > 0u);
+    let sheets = sheet_bounds[min(index, arrayLength(&sheet_bounds) - 1u)];
+    let needs_rays = tile.emitters > 0u || sheets.x <= sheets.y;
+    tile.class_of = select(class_of(vec2u(tile.low, tile.high), tile.step_s), COMPLEX, needs_rays);
     dilated[index] = tile;
     list_tile(id.xy, tile.class_of);
     textureStore(classes, id.xy, vec4f(f32(tile.class_of) * 0.5));

@@ -5,6 +5,7 @@
 #import lens_rays
 #import lens_views
 #import listed_tiles
+#import sheet_rays
 
 /// `adaptive.points` lens points for each of the 8x8 pixels of a tile.
 @group(0) @binding(1) var<storage, read> lens_points: array<vec2f>;
@@ -49,12 +50,33 @@ fn noise_left(bucket: u32) -> f32 {
     return select(0.375, 0.21875, bucket == 0u || bucket == BUCKETS - 1u);
 }
 
-fn add_hit(s: f32, color: vec3f, number: u32) {
+/// Adds what ray `number` meets at s: light, and the share of the ray that ends there.
+fn add_light(s: f32, light: vec4f, number: u32) {
     let bucket = bucket_of(s);
-    sums[bucket] += vec4f(color, 1.0);
-    hit_count += 1.0;
-    imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * color;
+    sums[bucket] += light;
+    hit_count += light.a;
+    imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * light.rgb;
     unfiltered = max(unfiltered, noise_left(bucket));
+}
+
+fn add_hit(s: f32, color: vec3f, number: u32, share: f32) {
+    add_light(s, share * vec4f(color, 1.0), number);
+}
+
+/// s of the sheets that the tile's rays can meet, nearest and farthest.
+var<workgroup> tile_sheets: vec2f;
+
+/// Adds the sheets that a ray crosses in front of s = `up_to`, and returns what is left of it.
+fn cross_sheets(p: vec2f, v: vec2f, up_to: f32, number: u32) -> f32 {
+    var ray = sheet_ray(p, v, tile_sheets);
+    for (var i = 0u; i < MOST_CROSSINGS && ray.s < ray.end_s; i++) {
+        let crossing = next_sheet(&ray, adaptive.lens, up_to);
+        if crossing.light.a <= 0.0 {
+            break;
+        }
+        add_light(crossing.s, crossing.light, number);
+    }
+    return ray.left;
 }
 
 /// Casts the rays of a pixel through its lens points from `first` up to `end`.
@@ -66,7 +88,8 @@ fn cast_rays(p: vec2f, index: u32, first: u32, end: u32) {
             let seen = trace_in_view(p, v, nearby);
             read_count += seen.reads;
             if seen.layer >= 0 {
-                add_hit(seen.s, color_in_view(seen, p, v, nearby, emitter_count > 0u), i);
+                let left = cross_sheets(p, v, seen.s, i);
+                add_hit(seen.s, color_in_view(seen, p, v, nearby, emitter_count > 0u), i, left);
                 read_count += 1u;
                 continue;
             }
@@ -74,7 +97,8 @@ fn cast_rays(p: vec2f, index: u32, first: u32, end: u32) {
         let hit = trace(p, v);
         read_count += hit.reads;
         if hit.layer >= 0 {
-            add_hit(hit.s, color_of(hit, p, v, emitter_count > 0u), i);
+            let left = cross_sheets(p, v, hit.s, i);
+            add_hit(hit.s, color_of(hit, p, v, emitter_count > 0u), i, left);
             layer_sum += layer_number(hit);
             read_count += 1u;
         }
@@ -141,6 +165,7 @@ fn trace_complex(
         let found = tile_at(tile);
         find_runs(vec2u(found.low, found.high));
         emitter_count = found.emitters;
+        tile_sheets = sheet_bounds_of(tile.y * adaptive.inner_tiles.x + tile.x);
     }
     find_bright(tile, index);
     workgroupBarrier();

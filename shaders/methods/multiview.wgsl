@@ -16,6 +16,7 @@
 
 #import lens
 #import shading
+#import sheet_rays
 #import tile_lists
 
 struct Params {
@@ -221,11 +222,27 @@ fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
     return vec4f(radiance * part.a, part.a);
 }
 
+/// What the ray crosses of sheets up to CoC radius s, times what of it had come so far.
+fn cross_sheets(ray: ptr<function, SheetRay>, s: f32) -> vec4f {
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < MOST_CROSSINGS && (*ray).s < (*ray).end_s; i++) {
+        let crossing = next_sheet(ray, lens, s);
+        if crossing.light.a <= 0.0 {
+            break;
+        }
+        sum += crossing.light;
+    }
+    return sum;
+}
+
 /// Radiance times weight, and weight in [0, 1], along a ray; `slabs` are those that may
 /// be hit, a bit each.
-fn trace(ray: Ray, slabs: u32) -> vec4f {
+fn trace(ray: Ray, slabs: u32, sheets: vec2f) -> vec4f {
     let frame = over_frame(ray);
     var sum = vec4f(0.0);
+    var past_sheets = sheet_ray(ray.pixel - params.frame_low, ray.v, sheets);
+    // What sheets bring: in front of what is not yet covered.
+    var of_sheets = vec4f(0.0);
     var left = slabs;
     while left != 0u {
         let slab = firstTrailingBit(left);
@@ -242,19 +259,26 @@ fn trace(ray: Ray, slabs: u32) -> vec4f {
         } else {
             c = stepped(ray, slab, near, far);
         }
+        let in_front = cross_sheets(&past_sheets, 0.5 * c);
+        of_sheets += (1.0 - sum.a) * in_front;
         let part = seen(ray, slab, c);
+        let through = past_sheets.left;
         // Section 4.4 has v1 c1 + (1 - v1) rest. Surfaces cut by a slab's bound cover
         // disjoint parts of the cone: their coverages add up instead of multiplying.
         if params.over != 0u {
-            sum += part * (1.0 - sum.a);
+            let share = 1.0 - sum.a;
+            sum += vec4f(through * part.rgb, part.a) * share;
         } else if part.a > 0.0 {
-            sum += part * (min(part.a, 1.0 - sum.a) / part.a);
+            let share = min(part.a, 1.0 - sum.a) / part.a;
+            sum += vec4f(through * part.rgb, part.a) * share;
         }
         if sum.a > 0.998 {
             break;
         }
     }
-    return sum;
+    of_sheets += (1.0 - sum.a) * cross_sheets(&past_sheets, GREATEST_SHEET_S);
+    // A ray that finds no solid surface counts as far as sheets cover.
+    return vec4f(sum.rgb + of_sheets.rgb, sum.a + (1.0 - sum.a) * of_sheets.a);
 }
 
 // ---- which slabs can be hit at all: the N-buffer, section 4.3 ----
@@ -304,11 +328,12 @@ fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
     let first = (noise % params.sets) * params.samples;
     // Section 4.5: four values make 16 pairs, each for a sixteenth of the lens points.
     let four = params.jitter * (vec4f(vec4u(noise, noise >> 8u, noise >> 16u, noise >> 24u) & vec4u(255u)) / 127.5 - 1.0);
+    let sheets = sheet_bounds_of(tile.y * ((textureDimensions(result).x + TILE - 1u) / TILE) + tile.x);
     var sum = vec4f(0.0);
     for (var i = 0u; i < params.samples; i++) {
         let pair = i * 16u / params.samples;
         let v = lens_points[first + i] + vec2f(four[pair & 3u], four[pair >> 2u]);
-        sum += trace(Ray(pixel, v), slabs);
+        sum += trace(Ray(pixel, v), slabs, sheets);
     }
     // Rays that leave the frame find nothing: the others stand for them. Where all leave
     // it, the pinhole image is the best guess.

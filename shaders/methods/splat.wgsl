@@ -151,6 +151,56 @@ fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
     textureStore(result, id.xy, composed(behind, same, front));
 }
 
+// ---- sheets: surfaces that cover a part of what lies behind them (src/methods/splat/sheets.rs) ----
+
+@group(0) @binding(9) var sheet_color: texture_2d_array<f32>;
+@group(0) @binding(10) var sheet_depths: texture_2d<f32>;
+@group(0) @binding(11) var spot_color: texture_storage_2d<rgba16float, write>;
+@group(0) @binding(12) var spot_depth: texture_storage_2d<r32float, write>;
+/// Sums of what sheets bring in front of the visible surface, or behind it.
+@group(0) @binding(13) var sheet_sums: texture_2d<f32>;
+@group(0) @binding(14) var seen: texture_2d<f32>;
+@group(0) @binding(15) var new_behind: texture_storage_2d<rgba32float, write>;
+
+struct SheetLayer {
+    index: u32,
+}
+
+@group(0) @binding(16) var<uniform> sheet_layer: SheetLayer;
+
+/// What one layer of sheets spreads: as much as those in front of it let through.
+@compute @workgroup_size(8, 8)
+fn take_sheets(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= textureDimensions(spot_color)) {
+        return;
+    }
+    let k = min(sheet_layer.index, 3u);
+    var left = 1.0;
+    for (var i = 0u; i < k; i++) {
+        left *= 1.0 - textureLoad(sheet_color, id.xy, i, 0).a;
+    }
+    let z = textureLoad(sheet_depths, id.xy, 0)[k];
+    textureStore(spot_color, id.xy, select(vec4f(0.0), left * textureLoad(sheet_color, id.xy, k, 0), z >= 0.0));
+    textureStore(spot_depth, id.xy, vec4f(max(z, 0.0)));
+}
+
+/// Sheets over what lies behind them; where they overlap to more than 1, nothing shines through.
+fn over_solid(sheets: vec4f, solid: vec4f) -> vec4f {
+    return sheets / max(sheets.a, 1.0) + max(1.0 - sheets.a, 0.0) * solid;
+}
+
+@compute @workgroup_size(8, 8)
+fn sheets_behind(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < textureDimensions(new_behind)) {
+        textureStore(new_behind, id.xy, over_solid(textureLoad(sheet_sums, id.xy, 0), textureLoad(layer_behind, id.xy, 0)));
+    }
+}
+
+@compute @workgroup_size(8, 8)
+fn sheets_in_front(@builtin(global_invocation_id) id: vec3u) {
+    textureStore(result, id.xy, over_solid(textureLoad(sheet_sums, id.xy, 0), textureLoad(seen, id.xy, 0)));
+}
+
 /// Share of a pixel from which on a layer counts as seen.
 const SEEN = 0.02;
 

@@ -99,6 +99,18 @@ fn fs_hidden(in: Fragment) -> HiddenLayers {
     return HiddenLayers(layers.same, layers.behind);
 }
 
+/// Sheets in front of the visible surface, and behind it.
+@fragment
+fn fs_sheets(in: Fragment) -> HiddenLayers {
+    let share = sprite_share(idf_sums, sprites, in.at.xy - in.centre, in.c);
+    if share <= 0.0 {
+        discard;
+    }
+    let light = share * in.light;
+    let is_behind = in.c > visible_coc_px(vec2i(floor(in.at.xy)) + i32(sprites.overscan));
+    return HiddenLayers(select(light, vec4f(0.0), is_behind), select(vec4f(0.0), light, is_behind));
+}
+
 @vertex
 fn vs_all(@builtin(vertex_index) corner: u32) -> @builtin(position) vec4f {
     return vec4f(vec2f(f32(corner & 1u), f32(corner >> 1u)) * 4.0 - 1.0, 0.0, 1.0);

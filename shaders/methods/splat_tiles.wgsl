@@ -199,6 +199,13 @@ struct Quad {
     d: Sums,
 }
 
+/// The layer on which light arrives: that of the paper, or for sheets whether they lie behind the
+/// visible surface or not.
+fn layer_for(c: f32, c_v: f32) -> i32 {
+    let of_sheet = select(SAME, BEHIND, c > c_v);
+    return select(layer_of(c, c_v), of_sheet, params.sheets != 0u);
+}
+
 fn with_light(sums: Sums, light: vec4f, layer: i32) -> Sums {
     let none = vec4f(0.0);
     return Sums(
@@ -274,10 +281,10 @@ fn gathered(group: vec2u, local: vec2u, is_visible: bool) -> Quad {
                 }
                 let shares = quad_shares(offset, c);
                 let light = lights[source];
-                quad.a = with_light(quad.a, shares.x * light, layer_of(c, c_v.x));
-                quad.b = with_light(quad.b, shares.y * light, layer_of(c, c_v.y));
-                quad.c = with_light(quad.c, shares.z * light, layer_of(c, c_v.z));
-                quad.d = with_light(quad.d, shares.w * light, layer_of(c, c_v.w));
+                quad.a = with_light(quad.a, shares.x * light, layer_for(c, c_v.x));
+                quad.b = with_light(quad.b, shares.y * light, layer_for(c, c_v.y));
+                quad.c = with_light(quad.c, shares.z * light, layer_for(c, c_v.z));
+                quad.d = with_light(quad.d, shares.w * light, layer_for(c, c_v.w));
             }
         }
     }

@@ -40,9 +40,11 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/mipmap_discs"),
     shader!("lib/sampling"),
     shader!("lib/shading"),
+    shader!("lib/sheet_rays"),
     shader!("lib/splat"),
     shader!("lib/sprites"),
     shader!("lib/subimages"),
+    shader!("lib/thresholds"),
     shader!("lib/tile_lists"),
 ];
 

@@ -50,7 +50,7 @@ impl Method for Accumulation {
             title: "Accumulation buffer",
             paper: "Haeberli and Akeley, The Accumulation Buffer, SIGGRAPH 1990",
             summary: "The mean of many views over the lens: right for every scene as the number of views grows.",
-            limits: "Draws the scene once for every lens point; with few, ghosts show.",
+            limits: "Draws the scene once for every lens point; with few, ghosts show, and glass is grainy.",
             apertures: Apertures::Any,
             astigmatism: true,
             needs_scene: true,
@@ -171,7 +171,7 @@ impl Converging for AccumulationRun {
     fn advance(&mut self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, n: u32) -> Result<(), MethodError> {
         for index in self.count()..self.count() + n {
             let v = lens.aperture.lens_point(index);
-            let color = view.from_lens_point(frame, lens, v, self.view_dependent)?.color;
+            let color = view.from_lens_point(frame, lens, v, index, self.view_dependent)?.color;
             self.sum.add(frame, &color);
             if let Some(sum) = self.sum.sum.clone().filter(|_| self.count().is_power_of_two()) {
                 self.snapshots.push((sum, self.count()));

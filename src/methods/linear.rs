@@ -125,7 +125,7 @@ impl Method for Linear {
             title: "Linear filter",
             paper: "Eurographics 2006 chapter on depth of field as a linear, space-variant filter",
             summary: "Spreads the light of each pixel evenly over its circle of confusion and sums it: no light is lost or gained.",
-            limits: "No order in depth: foreground, background and what is in focus add up, so a constant colour changes where the CoC does, unless \"normalise\" is on; without overscan the border darkens. Draws discs: another aperture becomes the disc of the same standard deviation. Work grows with the square of the CoC.",
+            limits: "No order in depth: foreground, background and what is in focus add up, so a constant colour changes where the CoC does, unless \"normalise\" is on; without overscan the border darkens. Draws discs: another aperture becomes the disc of the same standard deviation. Work grows with the square of the CoC. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Round,
             astigmatism: false,
             needs_scene: false,

@@ -83,6 +83,7 @@ mod primaries;
 mod pyramid;
 mod scatter;
 mod separable;
+mod sheet_rays;
 mod splat;
 pub mod sprites;
 mod subimages;
@@ -315,6 +316,10 @@ pub fn record(
 pub fn is_blurred(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
     if lens.aperture_diameter_mm == 0.0 {
         return false;
+    }
+    if view.has_sheets() {
+        // What is seen through may be blurred where the nearest surface is not.
+        return true;
     }
     let [low, high] = view.coc_bounds_px(frame, lens);
     let astigmatism = lens.astigmatism_px().x_axis.length();

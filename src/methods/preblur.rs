@@ -78,7 +78,7 @@ impl Method for Preblur {
             title: "Pre-blurred gather",
             paper: "Scheuermann, Advanced Depth of Field, GDC 2004",
             summary: "Twelve taps over the CoC mix the image with a quarter-size blurred copy by their blurriness.",
-            limits: "A mix of sharp and much blurred where a little blur is due; sharp colours leak through the copy; foreground keeps hard edges; large blurs show the taps. With \"ramp\" blurriness is linear in depth, which no lens is. Another aperture counts by its standard deviation.",
+            limits: "A mix of sharp and much blurred where a little blur is due; sharp colours leak through the copy; foreground keeps hard edges; large blurs show the taps. With \"ramp\" blurriness is linear in depth, which no lens is. Another aperture counts by its standard deviation. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Round,
             astigmatism: false,
             needs_scene: false,

@@ -53,7 +53,7 @@ impl Method for Scatter {
             title: "Sorted scattering",
             paper: "Potmesil and Chakravarty, A Lens and Aperture Camera Model for Synthetic Image Generation, SIGGRAPH 1981",
             summary: "Draws every pixel as its blur spot, far to near in a true depth order, and divides by the alpha that was reached.",
-            limits: "One view only: what a blurred foreground hides is missing. Blurred surfaces stay a little transparent to what was drawn before them.",
+            limits: "One view only: what a blurred foreground hides is missing. Blurred surfaces stay a little transparent to what was drawn before them. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,

@@ -71,7 +71,7 @@ impl Method for Separable {
             title: "Adaptive separable filter",
             paper: "Zhou, Chen and Pullen, Accurate Depth of Field Simulation in Real Time, Computer Graphics Forum 2007",
             summary: "Filters rows, then columns, over each pixel's CoC; taps count as far as their own circle reaches, and sharp nearer ones do not leak.",
-            limits: "Blurs in squares of side C, 15 % wider than the disc; mixed depths are not separable; blurred foreground keeps a hard edge with reach \"own\". Another aperture counts by its standard deviation. Work grows with the CoC.",
+            limits: "Blurs in squares of side C, 15 % wider than the disc; mixed depths are not separable; blurred foreground keeps a hard edge with reach \"own\". Another aperture counts by its standard deviation. Work grows with the CoC. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Round,
             astigmatism: false,
             needs_scene: false,

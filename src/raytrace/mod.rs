@@ -80,7 +80,8 @@ pub struct RayImage {
     pub color: ColorImage,
     /// Through the lens centre alone.
     pub pinhole: ColorImage,
-    /// Depth through the lens centre, metres; infinity where nothing is.
+    /// Depth through the lens centre, metres, of the nearest surface that covers half or more;
+    /// infinity where none does.
     pub depth: DepthImage,
     /// Lens points that every pixel of `color` has at least; 0 where cancelled before.
     pub lens_points: u32,

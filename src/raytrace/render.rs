@@ -149,8 +149,7 @@ impl RayRender {
     fn add_point(&self, row: &mut Row, y: u32, eye: LensPoint) {
         for (x, sum) in (0..).zip(&mut row.sums) {
             let sample = self.sample(x, y, eye);
-            let hit = self.scene.nearest(&sample.ray);
-            *sum += self.scene.radiance(&sample, hit.as_ref(), self.options.shading).as_dvec3();
+            *sum += self.scene.seen(&sample, self.options.shading).0.as_dvec3();
         }
         row.points += 1;
     }
@@ -158,13 +157,7 @@ impl RayRender {
     /// Colour and depth (metres) along every pixel's pinhole ray.
     fn pinhole_pixels(&self) -> Vec<(Vec3, f32)> {
         let size = self.projection.size;
-        let pixel = |y| {
-            move |x| {
-                let sample = self.sample(x, y, LensPoint::CENTRE);
-                let hit = self.scene.nearest(&sample.ray);
-                (self.scene.radiance(&sample, hit.as_ref(), self.options.shading), self.scene.depth_m(hit.as_ref()))
-            }
-        };
+        let pixel = |y| move |x| self.scene.seen(&self.sample(x, y, LensPoint::CENTRE), self.options.shading);
         (0..size.y).into_par_iter().flat_map_iter(|y| (0..size.x).map(pixel(y))).collect()
     }
 

@@ -9,6 +9,16 @@ use crate::scene::{Instance, Material, Mesh, Scene, Vertex};
 use glam::{DAffine3, DMat3, DVec2, DVec3, Mat3, Vec2, Vec3, Vec4};
 use std::sync::Arc;
 
+/// Surfaces behind one another that a ray goes through at most.
+const MOST_SURFACES: u32 = 256;
+
+/// Share of a ray below which what lies behind is not looked at.
+const LEAST_LEFT: f32 = 1e-4;
+
+/// Relative difference of depth within which crossings of two triangles of one instance are one:
+/// far above the rounding of their f32 corners, far below what a pixel shows.
+const SAME_DEPTH: f64 = 1e-6;
+
 /// A scene made ready for rays from one camera: its triangles in view space, in a bounding
 /// volume hierarchy, and its lights relative to the lens centre.
 ///
@@ -81,38 +91,76 @@ impl RayScene {
         self.unit_m
     }
 
-    /// The nearest surface on the ray: neither a culled back face nor cut away.
-    pub(super) fn nearest(&self, ray: &LensRay) -> Option<Hit> {
+    /// Radiance along the sample's ray, and the depth along the axis, metres, of the nearest surface
+    /// that covers half of the ray or more; infinity where none does. The ray goes on behind what
+    /// covers less than all of it.
+    pub(super) fn seen(&self, sample: &Sample, shading: Shading) -> (Vec3, f32) {
+        let mut ray = sample.ray;
+        let (mut sum, mut depth_m, mut left) = (Vec3::ZERO, f32::INFINITY, 1.0);
+        let mut passed = None;
+        for _ in 0..MOST_SURFACES {
+            let Some(hit) = self.nearest(&ray, passed.as_ref()) else {
+                return (sum + self.background(&sample.ray) * left, depth_m);
+            };
+            let (radiance, coverage) = self.surface(sample, &hit, shading);
+            sum += radiance * (left * coverage);
+            left *= 1.0 - coverage;
+            if coverage >= 0.5 && depth_m == f32::INFINITY {
+                depth_m = (hit.crossing.depth * self.unit_m) as f32;
+            }
+            if left < LEAST_LEFT {
+                break;
+            }
+            ray.min_depth = hit.crossing.depth;
+            passed = Some(hit);
+        }
+        (sum, depth_m)
+    }
+
+    /// The nearest surface on the ray: neither a culled back face nor cut away, nor one that was
+    /// `passed`: two triangles of it may share the edge that the ray goes through.
+    fn nearest(&self, ray: &LensRay, passed: Option<&Hit>) -> Option<Hit> {
         self.triangles.nearest(ray, |triangle, crossing| {
+            let was_passed = passed.is_some_and(|hit| {
+                let apart = crossing.depth - hit.crossing.depth;
+                hit.instance == triangle.instance && apart <= SAME_DEPTH * crossing.depth
+            });
+            if was_passed {
+                return false;
+            }
             let placement = &self.placements[triangle.instance as usize];
             let visible = placement.double_sided || placement.shows_front(crossing);
             visible && placement.alpha_cutoff.is_none_or(|cutoff| self.alpha(triangle, crossing) >= cutoff)
         })
     }
 
-    /// Depth along the axis of what the ray hits, metres; infinity where that is nothing.
-    pub(super) fn depth_m(&self, hit: Option<&Hit>) -> f32 {
-        hit.map_or(f32::INFINITY, |hit| (hit.crossing.depth * self.unit_m) as f32)
+    fn background(&self, ray: &LensRay) -> Vec3 {
+        let direction = self.world_from_view * ray.slope.extend(-1.0);
+        environment::radiance(&self.scene.environment, direction.normalize().as_vec3())
     }
 
-    /// Radiance along the sample's ray, given what it hits.
-    pub(super) fn radiance(&self, sample: &Sample, hit: Option<&Hit>, shading: Shading) -> Vec3 {
-        let Some(hit) = hit else {
-            let direction = self.world_from_view * sample.ray.slope.extend(-1.0);
-            return environment::radiance(&self.scene.environment, direction.normalize().as_vec3());
-        };
+    /// Radiance of a surface along the sample's ray, and its coverage.
+    fn surface(&self, sample: &Sample, hit: &Hit, shading: Shading) -> (Vec3, f32) {
         let fragment = self.fragment(hit.instance, hit.triangle, &hit.crossing);
         let material = fragment.material;
         let base_color = self.base_color(&fragment);
-        if material.unlit || shading == Shading::Unlit {
-            return unlit(base_color);
-        }
         let uv = fragment.uv();
         let textures = &self.scene.textures;
+        let alpha = if material.blended { base_color.w } else { 1.0 };
+        let passing = match material.transmission {
+            0.0 => 0.0,
+            share => {
+                let texture = lookup(textures, material.transmission_texture.as_ref(), uv).x;
+                (share * texture * base_color.truncate().element_sum() / 3.0).clamp(0.0, 1.0)
+            }
+        };
+        if material.unlit || shading == Shading::Unlit {
+            return (unlit(base_color), (alpha * (1.0 - passing)).clamp(0.0, 1.0));
+        }
         let metallic_roughness = lookup(textures, material.metallic_roughness_texture.as_ref(), uv);
         let emissive = lookup(textures, material.emissive_texture.as_ref(), uv).truncate();
         let in_view = (sample.ray.origin + sample.ray.slope * hit.crossing.depth).extend(-hit.crossing.depth);
-        let surface = Surface {
+        let mut surface = Surface {
             position: (self.world_from_view * (in_view * self.unit_m)).as_vec3(),
             normal: self.shading_normal(&fragment, hit, uv),
             albedo: base_color.truncate(),
@@ -121,7 +169,8 @@ impl RayScene {
             emissive: material.emissive * emissive,
         };
         let viewer = (self.world_from_view * sample.viewer_m.extend(0.0)).as_vec3();
-        surface.radiance(viewer, &self.lights, &self.scene.environment)
+        let covers = surface.let_pass(passing, viewer);
+        (surface.radiance(viewer, &self.lights, &self.scene.environment), (alpha * covers).clamp(0.0, 1.0))
     }
 
     fn fragment(&self, instance: u32, triangle: u32, crossing: &Crossing) -> Fragment<'_> {

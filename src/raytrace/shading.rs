@@ -97,6 +97,22 @@ fn from_point(to_light: Vec3, range_m: f32) -> (Vec3, f32) {
 }
 
 impl Surface {
+    /// Lets the share `passing` of light through, what it does not reflect at the angle of
+    /// `viewer`, and returns how much of what lies behind it covers: `Material::is_sheet`.
+    pub fn let_pass(&mut self, passing: f32, viewer: Vec3) -> f32 {
+        if passing <= 0.0 {
+            return 1.0;
+        }
+        let passes = passing * (1.0 - self.metallic);
+        let grazing = 1.0 - self.n_dot_v((viewer - self.position).normalize_or_zero());
+        let mirrors = passes * (0.04 + 0.96 * grazing.powi(5));
+        let covers = 1.0 - passes + mirrors;
+        let share = mirrors / covers.max(1e-6);
+        self.albedo = self.albedo.lerp(Vec3::ONE, share);
+        self.metallic += (1.0 - self.metallic) * share;
+        covers
+    }
+
     /// Radiance towards a viewer at `viewer` (relative to the lens centre, metres).
     pub fn radiance(&self, viewer: Vec3, lights: &[RelativeLight], environment: &Environment) -> Vec3 {
         let view = (viewer - self.position).normalize_or_zero();

@@ -11,6 +11,7 @@ mod basis;
 mod budget;
 mod cameras;
 mod container;
+mod coverage;
 #[cfg(feature = "draco")]
 mod draco;
 mod exact;
@@ -209,6 +210,7 @@ fn finish(
         let detail = format!("{} meshes, {} nodes", document.meshes().len(), document.nodes().len());
         return Err(SceneProblem::NoGeometry { detail });
     }
+    coverage::settle(&mut scene, &mut notes);
     frame_if_without_camera(&mut scene, &mut notes)?;
     let hints = lighting::author_hints(document, exact)?;
     lighting::light(&mut scene, lights, hints.is_some(), &mut notes);

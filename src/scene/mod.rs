@@ -175,9 +175,15 @@ pub struct Material {
     pub emissive: Vec3,
     /// Emissive texture (sRGB).
     pub emissive_texture: Option<TextureUse>,
-    /// Fragments with an alpha below this are not there; `None` for opaque surfaces.
-    /// Blended surfaces are cut at 0.5: one depth a pixel is all that a method is given.
+    /// Fragments with an alpha below this are not there; `None` for surfaces that are not cut.
     pub alpha_cutoff: Option<f32>,
+    /// Whether alpha is [coverage](Material::is_sheet) (glTF's BLEND); otherwise it is only
+    /// compared with `alpha_cutoff`.
+    pub blended: bool,
+    /// Share of light in [0, 1] that passes through (KHR_materials_transmission).
+    pub transmission: f32,
+    /// A factor of `transmission` in R.
+    pub transmission_texture: Option<TextureUse>,
     /// Whether back faces are seen.
     pub double_sided: bool,
 }
@@ -197,8 +203,31 @@ impl Default for Material {
             emissive: Vec3::ZERO,
             emissive_texture: None,
             alpha_cutoff: None,
+            blended: false,
+            transmission: 0.0,
+            transmission_texture: None,
             double_sided: false,
         }
+    }
+}
+
+impl Material {
+    /// Whether it may cover only a part of what lies behind it: a sheet of glass, smoke, a leaf
+    /// with soft edges. Its coverage q in [0, 1] is the share of a ray that ends there; with the
+    /// base colour b, its alpha a (1 unless [`blended`](Self::blended)), the transmission t with
+    /// its texture, the metalness m and the cosine n.v of the angle at which it is seen
+    ///
+    /// ```text
+    /// passes  = t (1 - m) mean(b)
+    /// mirrors = passes (0.04 + 0.96 (1 - n.v)^5)        0 for unlit surfaces
+    /// q       = a (1 - passes + mirrors)
+    /// ```
+    ///
+    /// What is seen of it is shaded with the base colour and the metalness mixed towards a white
+    /// mirror's by `mirrors / (1 - passes + mirrors)`. Light that passes goes straight on, and is
+    /// dimmed by the mean of the base colour instead of tinted by it.
+    pub fn is_sheet(&self) -> bool {
+        self.blended || self.transmission > 0.0
     }
 }
 
@@ -308,6 +337,20 @@ impl Scene {
 }
 
 impl Mesh {
+    /// Whether all of it lies in one plane, to within a part in 100,000 of its size: nothing of it
+    /// hides anything else of it.
+    pub fn is_flat(&self) -> bool {
+        let Some((low, high)) = self.bounds() else { return true };
+        let tolerance = 1e-5 * (high - low).length();
+        let corners = |t: &[u32]| [0, 1, 2].map(|k| self.vertices[t[k] as usize].position);
+        let normal = |[a, b, c]: [Vec3; 3]| (b - a).cross(c - a);
+        let triangles = self.indices.chunks_exact(3).map(corners);
+        let widest = triangles.max_by(|a, b| normal(*a).length_squared().total_cmp(&normal(*b).length_squared()));
+        let Some(widest) = widest else { return true };
+        let (unit, origin) = (normal(widest).normalize_or_zero(), widest[0]);
+        self.vertices.iter().all(|v| unit.dot(v.position - origin).abs() <= tolerance)
+    }
+
     /// Object-space bounds; `None` for a mesh without vertices.
     pub fn bounds(&self) -> Option<(Vec3, Vec3)> {
         let first = self.vertices.first()?.position;

@@ -13,6 +13,7 @@ mod peel;
 mod pipelines;
 mod raster;
 mod samples;
+mod sheets;
 mod slabs;
 mod summary;
 mod upload;
@@ -23,6 +24,7 @@ pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, LIGHT_BYTES, Lights, MAX_DRAWS};
+pub use sheets::{MAX_SHEETS, SHEET_LAYERS, Sheets};
 pub use slabs::{MAX_SLABS_AT_ONCE, SlabArrays, SlabShot};
 pub use upload::{GpuScene, SurfaceOptions};
 
@@ -33,7 +35,7 @@ use crate::lens::Lens;
 use crate::uniform;
 use glam::{DVec2, UVec2};
 use lens_views::Eyes;
-use raster::{SceneSource, Shot};
+use raster::{LensPoint, SceneSource, Shot};
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -154,6 +156,12 @@ pub struct View {
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     fine_drawing: Option<FineDrawing>,
+    /// Sheets are never drawn.
+    without_sheets: bool,
+    /// This view without sheets.
+    solid: Option<Box<View>>,
+    peels: Option<sheets::Peels>,
+    sheets: Option<Sheets>,
     kept: HashMap<TypeId, Box<dyn Any + Send + Sync>>,
 }
 
@@ -232,6 +240,10 @@ impl View {
             depth_m: None,
             repaired: Repaired::Counted(0),
             fine_drawing: None,
+            without_sheets: false,
+            solid: None,
+            peels: None,
+            sheets: None,
             kept: HashMap::new(),
         }
     }
@@ -278,14 +290,22 @@ impl View {
         if self.is_scene() {
             self.pinhole = None;
             self.peeled = None;
+            self.forget_sheets();
             self.kept.clear();
         }
+    }
+
+    fn forget_sheets(&mut self) {
+        self.solid = None;
+        self.peels = None;
+        self.sheets = None;
     }
 
     /// Draws layers of several texels a pixel in that way, not as the adapter does best.
     pub fn set_fine_drawing(&mut self, drawing: FineDrawing) {
         self.fine_drawing = Some(drawing);
         self.peeled = None;
+        self.solid = None;
     }
 
     fn forget(&mut self) {
@@ -293,6 +313,7 @@ impl View {
         self.peeled = None;
         self.summary.forget();
         self.depth_m = None;
+        self.forget_sheets();
         self.kept.clear();
     }
 
@@ -347,7 +368,8 @@ impl View {
         }
     }
 
-    /// The pinhole image and its stored depth, drawn when first asked for.
+    /// The pinhole image and its stored depth, drawn when first asked for. Sheets are mixed with what
+    /// lies behind them, and the depth is that of the nearest surface that covers half or more.
     pub fn pinhole(&mut self, frame: &mut Frame<'_>) -> Layer {
         if let Some(layer) = &self.pinhole {
             frame.skip("view unchanged");
@@ -355,6 +377,10 @@ impl View {
         }
         let layer = match &self.source {
             Source::Image(layer) => layer.clone(),
+            Source::Scene(_) if self.has_sheets() => {
+                let solid = self.solid().pinhole(frame);
+                self.under_sheets(frame, solid)
+            }
             Source::Scene(source) => source.draw(frame, "pinhole", &self.pinhole_shot(LayerQuery::NEAREST)),
         };
         self.pinhole = Some(layer.clone());
@@ -399,7 +425,8 @@ impl View {
     }
 
     /// The inner frame (no overscan) of the scene from the lens point `v`, with the plane
-    /// at the focus distance held fixed.
+    /// at the focus distance held fixed. A sheet is there or not, pixel by pixel, so that the mean
+    /// over lens points of consecutive `number`s has it cover as much as it does.
     /// With `view_dependent`, shading looks from there too; else what a surface emits is
     /// what the pinhole image shows. Errors for an image.
     pub fn from_lens_point(
@@ -407,6 +434,7 @@ impl View {
         frame: &mut Frame<'_>,
         lens: &Lens,
         v: DVec2,
+        number: u32,
         view_dependent: bool,
     ) -> Result<Layer, ViewError> {
         let Source::Scene(source) = &self.source else { return Err(ViewError::ImageHasNo("other viewpoints")) };
@@ -415,7 +443,8 @@ impl View {
         let eye_m = projection.eye_on_lens_m(lens, v);
         // Shading is in the pinhole's view space: only the eye in it moves.
         let shading_eye_m = if view_dependent { eye_m } else { DVec2::ZERO };
-        let shot = Shot::new(&projection, clip_from_view, shading_eye_m, LayerQuery::NEAREST);
+        let sheets = (!self.without_sheets).then_some(LensPoint(number));
+        let shot = Shot { sheets, ..Shot::new(&projection, clip_from_view, shading_eye_m, LayerQuery::NEAREST) };
         // Of the eyes of all lens points the farthest: those to come share what is drawn.
         let radius_m = lens.aperture.radius() * projection.eye_on_lens_m(lens, DVec2::X).x;
         let eyes = Eyes { radius_m: radius_m.max(eye_m.length()) as f32, focus_m: lens.focus_distance_m as f32 };

@@ -22,7 +22,8 @@ uniform! {
         pub texels_a_side: f32,
         pub below_part: [u32; 2],
         pub below_texels: u32,
-        pub _pad: [u32; 3],
+        pub lens_point: u32,
+        pub _pad: [u32; 2],
     }
 }
 
@@ -59,8 +60,10 @@ uniform! {
         pub roughness: f32,
         pub normal_scale: f32,
         pub alpha_cutoff: f32,
-        pub _pad: u32,
-        pub uv_rows: [[f32; 4]; 8],
+        pub transmission: f32,
+        pub blended: u32,
+        pub _pad: [u32; 3],
+        pub uv_rows: [[f32; 4]; 10],
     }
 }
 
@@ -104,6 +107,8 @@ pub(super) struct Variant {
     pub unlit: bool,
     /// Whether it is drawn with several texels a pixel.
     pub fine: bool,
+    /// Whether it may cover a part of what lies behind it.
+    pub sheet: bool,
 }
 
 impl Variant {
@@ -132,6 +137,8 @@ pub(super) enum Drawn {
 pub(super) enum LayerKind {
     Nearest,
     Farther,
+    /// The nearest sheet below a bound, with its coverage.
+    Sheets,
     Attributes,
     /// The nearest depth in each slab.
     SlabDepths,
@@ -145,7 +152,7 @@ impl LayerKind {
     /// Formats of its targets.
     fn targets(self) -> &'static [wgpu::TextureFormat] {
         match self {
-            Self::Nearest | Self::Farther => &[COLOR, STORED_DEPTH],
+            Self::Nearest | Self::Farther | Self::Sheets => &[COLOR, STORED_DEPTH],
             Self::Attributes => &[COLOR, STORED_DEPTH, COLOR, COLOR],
             Self::SlabDepths | Self::Slabs | Self::SlabSurfaces => &[],
         }
@@ -170,7 +177,7 @@ impl LayerKind {
         };
         let uniform = buffer(wgpu::BufferBindingType::Uniform, true);
         match self {
-            Self::Nearest | Self::Farther | Self::Attributes => Vec::new(),
+            Self::Nearest | Self::Farther | Self::Sheets | Self::Attributes => Vec::new(),
             Self::SlabDepths => vec![uniform, buffer(wgpu::BufferBindingType::Storage { read_only: false }, false)],
             Self::Slabs => vec![uniform, depths, storage],
             Self::SlabSurfaces => vec![uniform, depths, storage, storage, storage],
@@ -260,12 +267,14 @@ impl Pipelines {
         &self,
         gpu: &Gpu,
         uniform: &wgpu::Buffer,
-        textures: [&wgpu::TextureView; 4],
-        samplers: &[wgpu::Sampler; 4],
+        textures: [&wgpu::TextureView; 5],
+        samplers: &[wgpu::Sampler; 5],
     ) -> wgpu::BindGroup {
-        let textures = textures.map(wgpu::BindingResource::TextureView);
-        let samplers = samplers.iter().map(wgpu::BindingResource::Sampler);
-        bind(gpu, &self.material_layout, [uniform.as_entire_binding()].into_iter().chain(textures).chain(samplers))
+        let [base, rough, normal, emissive, transmission] = textures.map(wgpu::BindingResource::TextureView);
+        let mut bound = vec![uniform.as_entire_binding(), base, rough, normal, emissive];
+        bound.extend(samplers[..4].iter().map(wgpu::BindingResource::Sampler));
+        bound.extend([transmission, wgpu::BindingResource::Sampler(&samplers[4])]);
+        bind(gpu, &self.material_layout, bound.into_iter())
     }
 }
 
@@ -328,6 +337,7 @@ fn material_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
     types.extend([(texture(true), wgpu::ShaderStages::FRAGMENT); 4]);
     let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
     types.extend([(sampler, wgpu::ShaderStages::FRAGMENT); 4]);
+    types.extend([(texture(true), wgpu::ShaderStages::FRAGMENT), (sampler, wgpu::ShaderStages::FRAGMENT)]);
     layout(device, &types)
 }
 
@@ -348,6 +358,8 @@ fn surface_pipeline(
     let step_mode = wgpu::VertexStepMode::Instance;
     let instances = wgpu::VertexBufferLayout { array_stride: INSTANCE_STRIDE, step_mode, attributes: &rows };
     let fragment = match (kind, variant.masked) {
+        (LayerKind::Sheets, _) => "fs_sheet",
+        (LayerKind::Nearest, _) if variant.sheet => "fs_sampled_sheet",
         (LayerKind::Attributes, _) => "fs_attributes",
         (LayerKind::Farther, _) => "fs_layer",
         (LayerKind::Nearest, true) => "fs_masked",
@@ -368,7 +380,8 @@ fn surface_pipeline(
     let constants = variant.constants();
     let geometry =
         Geometry { buffers: &buffers, primitive, test, writes: wgpu::ColorWrites::ALL, constants: &constants };
-    pipeline(device, layout, module, ["vs_surface", fragment], geometry, kind)
+    let vertex = if variant.sheet { "vs_sheet" } else { "vs_surface" };
+    pipeline(device, layout, module, [vertex, fragment], geometry, kind)
 }
 
 fn sky_pipeline(
@@ -379,7 +392,7 @@ fn sky_pipeline(
 ) -> wgpu::RenderPipeline {
     let fragment = match kind {
         LayerKind::Nearest => "fs_sky",
-        LayerKind::Farther => "fs_sky_layer",
+        LayerKind::Farther | LayerKind::Sheets => "fs_sky_layer",
         LayerKind::Attributes => "fs_sky_attributes",
         LayerKind::SlabDepths => "fs_sky_slab_depths",
         LayerKind::Slabs => "fs_sky_slabs",

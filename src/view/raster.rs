@@ -39,7 +39,13 @@ pub(super) struct Shot<'a> {
     /// shot.
     pub below_texels: u32,
     pub below_part: UVec2,
+    /// Whether and which sheets are drawn with the solid surfaces, as far as they cover.
+    pub sheets: Option<LensPoint>,
 }
+
+/// The number of a lens point, which decides what parts of sheets are seen from it.
+#[derive(Clone, Copy)]
+pub(super) struct LensPoint(pub u32);
 
 impl<'a> Shot<'a> {
     /// A shot with a texel a pixel.
@@ -57,6 +63,7 @@ impl<'a> Shot<'a> {
             texels_a_side: 1,
             below_texels: 1,
             below_part: UVec2::ZERO,
+            sheets: None,
         }
     }
 }
@@ -92,6 +99,26 @@ impl SceneSource {
         let kind = if shot.query.is_nearest() { LayerKind::Nearest } else { LayerKind::Farther };
         self.draw_into(frame, label, shot, kind, &[&layer.color, &layer.depth], None);
         layer
+    }
+
+    /// Draws the nearest sheets below the query's bound; alpha is their coverage.
+    pub(super) fn draw_sheets(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> Layer {
+        let size = shot.projection.outer_size() * shot.texels_a_side;
+        let layer = Layer {
+            color: frame.texture("sheet colour", size, COLOR),
+            depth: frame.texture("sheet depth", size, STORED_DEPTH),
+        };
+        self.draw_into(frame, label, shot, LayerKind::Sheets, &[&layer.color, &layer.depth], None);
+        layer
+    }
+
+    /// How many sheets can lie behind one another in a shot, at most; 0 where there is none.
+    pub(super) fn most_sheets(&self, shot: &Shot<'_>) -> u64 {
+        if !self.scene.has_sheets() {
+            return 0;
+        }
+        let drawn = self.visible(shot, LayerKind::Sheets, None);
+        drawn.items.iter().map(|v| v.instances.len() as u64 * self.scene.draws[v.index].most_layers).sum()
     }
 
     /// Draws what the surfaces of one layer are made of.
@@ -163,7 +190,9 @@ impl SceneSource {
 
     /// What is drawn in `shot`, or from all `eyes` on a lens whose centre sees it.
     pub(super) fn visible(&self, shot: &Shot<'_>, kind: LayerKind, eyes: Option<&Eyes>) -> Visible {
-        let items = self.cull(&shot.clip_from_view, &shot.query, eyes);
+        let is_wanted = |sheet: bool| if kind == LayerKind::Sheets { sheet } else { !sheet || shot.sheets.is_some() };
+        let mut items = self.cull(&shot.clip_from_view, &shot.query, eyes);
+        items.retain(|v| is_wanted(self.scene.draws[v.index].variant.sheet));
         let rows = items.iter().flat_map(|v| &v.instances).map(|&(_, i)| self.rows[i as usize]).collect();
         let pipelines = &self.scene.pipelines;
         let of_item = |v: &VisibleItem| {
@@ -171,7 +200,7 @@ impl SceneSource {
             pipelines.get(kind, Drawn::Surfaces(variant))
         };
         // The background lies at z = 0 and belongs to layers that reach infinity.
-        let has_sky = shot.query.z_far <= 0.0 && !self.scene.materials.is_empty();
+        let has_sky = kind != LayerKind::Sheets && shot.query.z_far <= 0.0 && !self.scene.materials.is_empty();
         Visible {
             pipelines: items.iter().map(of_item).collect(),
             sky: has_sky.then(|| pipelines.get(kind, Drawn::Sky)),
@@ -187,11 +216,12 @@ impl SceneSource {
 
     /// Whether a layer may hold anything: `false` only where it certainly is empty.
     pub(super) fn may_hold(&self, shot: &Shot<'_>) -> bool {
-        shot.query.z_far <= 0.0 || !self.cull(&shot.clip_from_view, &shot.query, None).is_empty()
+        let is_solid = |v: &VisibleItem| !self.scene.draws[v.index].variant.sheet;
+        shot.query.z_far <= 0.0 || self.cull(&shot.clip_from_view, &shot.query, None).iter().any(is_solid)
     }
 
     /// What may touch the layer's part of the frustum, or of those of all `eyes` around its
-    /// own, opaque before masked, nearest first: hidden fragments then fail the depth test
+    /// own, opaque before masked before sheets, nearest first: hidden fragments then fail the depth test
     /// before they are shaded.
     fn cull(&self, clip_from_view: &Mat4, query: &LayerQuery<'_>, eyes: Option<&Eyes>) -> Vec<VisibleItem> {
         let planes = frustum(clip_from_view, query);
@@ -207,8 +237,11 @@ impl SceneSource {
         let mut items: Vec<_> =
             self.scene.draws.iter().enumerate().map(visible).filter(|v| !v.instances.is_empty()).collect();
         items.sort_by(|a, b| {
-            let masked = |v: &VisibleItem| self.scene.draws[v.index].variant.masked;
-            masked(a).cmp(&masked(b)).then(nearest_first(&a.instances[0], &b.instances[0]))
+            let rank = |v: &VisibleItem| {
+                let variant = self.scene.draws[v.index].variant;
+                (variant.sheet, variant.masked)
+            };
+            rank(a).cmp(&rank(b)).then(nearest_first(&a.instances[0], &b.instances[0]))
         });
         items
     }
@@ -223,6 +256,7 @@ impl SceneSource {
             texels_a_side: shot.texels_a_side as f32,
             below_part: shot.below_part.to_array(),
             below_texels: shot.below_texels,
+            lens_point: shot.sheets.map_or(0, |LensPoint(number)| number),
             ..Default::default()
         }
     }

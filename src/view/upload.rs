@@ -50,6 +50,8 @@ pub(super) struct DrawItem {
     pub base_vertex: i32,
     /// Indices into [`GpuScene::instances`].
     pub instances: Vec<u32>,
+    /// Most of an instance's surfaces that can lie behind one another.
+    pub most_layers: u64,
 }
 
 impl DrawItem {
@@ -85,6 +87,11 @@ impl GpuScene {
             pipelines,
             options,
         })
+    }
+
+    /// Whether anything in it may cover only a part of what lies behind it.
+    pub(super) fn has_sheets(&self) -> bool {
+        self.draws.iter().any(|item| item.variant.sheet)
     }
 
     /// How surfaces are drawn.
@@ -152,8 +159,11 @@ fn draws(scene: &Scene, ranges: &[MeshRange], options: SurfaceOptions) -> Vec<Dr
                 textures: uses.map(|(slot, used)| u32::from(used.is_some()) << slot).sum(),
                 unlit: material.unlit || options.unlit,
                 fine: false,
+                sheet: material.is_sheet(),
             };
-            items.push(DrawItem { variant, material: mesh.material, indices, base_vertex, instances: Vec::new() });
+            let most_layers = if mesh.is_flat() { 1 } else { mesh.indices.len() as u64 / 3 };
+            let (material, instances) = (mesh.material, Vec::new());
+            items.push(DrawItem { variant, material, indices, base_vertex, instances, most_layers });
             items.len() - 1
         });
         items[item].instances.push(index as u32);
@@ -182,22 +192,23 @@ fn materials(gpu: &Gpu, pipelines: &Pipelines, scene: &Scene, options: SurfaceOp
         let contents = bytemuck::bytes_of(&uniform);
         let usage = wgpu::BufferUsages::UNIFORM;
         let buffer = gpu.lasting_buffer("material", contents, usage);
-        pipelines.bind_material(gpu, &buffer, [view(0), view(1), view(2), view(3)], &samplers)
+        pipelines.bind_material(gpu, &buffer, [view(0), view(1), view(2), view(3), view(4)], &samplers)
     };
     scene.materials.iter().map(bind).collect()
 }
 
-fn texture_uses(material: &Material) -> [Option<TextureUse>; 4] {
+fn texture_uses(material: &Material) -> [Option<TextureUse>; 5] {
     [
         material.base_color_texture,
         material.metallic_roughness_texture,
         material.normal_texture,
         material.emissive_texture,
+        material.transmission_texture,
     ]
 }
 
-fn uniform(material: &Material, uses: &[Option<TextureUse>; 4]) -> MaterialUniform {
-    let mut uv_rows = [[0.0; 4]; 8];
+fn uniform(material: &Material, uses: &[Option<TextureUse>; 5]) -> MaterialUniform {
+    let mut uv_rows = [[0.0; 4]; 10];
     for (slot, used) in uses.iter().enumerate() {
         let (u, v) = used.map_or((Vec3::X, Vec3::Y), |u| (u.u_row, u.v_row));
         let second_uv = used.is_some_and(|u| u.second_uv);
@@ -211,6 +222,8 @@ fn uniform(material: &Material, uses: &[Option<TextureUse>; 4]) -> MaterialUnifo
         roughness: material.roughness,
         normal_scale: material.normal_scale,
         alpha_cutoff: material.alpha_cutoff.unwrap_or(-1.0),
+        transmission: material.transmission,
+        blended: material.blended.into(),
         uv_rows,
         ..Default::default()
     }

@@ -392,6 +392,7 @@ fn notes_and_metering_are_said() {
     let folder = folder();
     let mut bright = TinyGltf::square();
     bright.json["materials"][0]["alphaMode"] = json!("BLEND");
+    bright.json["materials"][0]["pbrMetallicRoughness"]["baseColorFactor"] = json!([1, 1, 1, 0.9]);
     bright.json["extensions"] =
         json!({"KHR_lights_punctual": {"lights": [{"type": "directional", "intensity": 6830.0}]}});
     bright.list("nodes").push(json!({"extensions": {"KHR_lights_punctual": {"light": 0}}}));
@@ -400,7 +401,10 @@ fn notes_and_metering_are_said() {
     let args = "render bright.glb --size 64x48 --method pinhole -o out.png --json out.json";
     let output = run(folder.path(), args);
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert!(output.status.success() && said.contains("defocus: note: blended materials are cut"), "{said}");
+    assert!(
+        output.status.success() && said.contains("defocus: note: what blended and transmissive materials cover"),
+        "{said}"
+    );
     assert!(said.contains("EV, metered from the pinhole image"), "{said}");
     let text = std::fs::read_to_string(folder.path().join("out.json")).expect("written");
     let json: Value = serde_json::from_str(&text).expect("JSON");

@@ -40,7 +40,7 @@ pub fn builtin(name: &str) -> Option<&'static Builtin> {
 
 // Static and not constant: a constant is a copy, scenes and all, in every crate and place
 // that names it.
-static ALL: [Builtin; 8] = [
+static ALL: [Builtin; 9] = [
     Builtin {
         name: "cans",
         about: "Labelled cans on a counter before a brick wall: focus near, blur behind.",
@@ -80,6 +80,11 @@ static ALL: [Builtin; 8] = [
         name: "fence",
         about: "What is hard: a cut-out fence through the focus, wires a millimetre thick, lamps half behind a near post.",
         glb: include_bytes!("../../../assets/scenes/fence.glb"),
+    },
+    Builtin {
+        name: "glasshouse",
+        about: "What is seen through: panes, bottles, smoke and leaves with soft edges, before and behind the focus.",
+        glb: include_bytes!("../../../assets/scenes/glasshouse.glb"),
     },
 ];
 

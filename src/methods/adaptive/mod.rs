@@ -30,6 +30,7 @@ mod progressive;
 pub mod tiles;
 mod views;
 
+use super::sheet_rays::SheetRays;
 use super::{About, AccumulationRun, Apertures, Converging, Meaning, Method, MethodError, Param, pinhole};
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
@@ -141,7 +142,7 @@ impl Method for Adaptive {
             title: "Adaptive lens rays",
             paper: "",
             summary: "Traces a few lens rays a pixel through peeled layers, only where the blur needs them, and filters what they hit by depth.",
-            limits: "Four surfaces behind one another; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
+            limits: "Four solid surfaces behind one another, and four sheets of glass, smoke or soft leaves, which have one sample a pixel; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -232,7 +233,7 @@ impl Method for Adaptive {
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let greatest_px = view.coc_bounds_px(frame, lens).map(f64::abs).into_iter().fold(0.0, f64::max);
-        if 0.5 * greatest_px * (lens.aperture.sigma_per_coc() / 0.25) < tiles::COPY_RADIUS_PX {
+        if !view.has_sheets() && 0.5 * greatest_px * (lens.aperture.sigma_per_coc() / 0.25) < tiles::COPY_RADIUS_PX {
             frame.skip("all tiles in focus");
             return Ok(pinhole::inner(frame, view));
         }
@@ -267,7 +268,9 @@ impl Method for Adaptive {
 impl Adaptive {
     /// One frame, with the lens points turned as the `turn`-th of many.
     fn turned(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, turn: u32) -> Result<Texture, MethodError> {
-        let (peeled, adaptive, tiles) = self.prepare(frame, view, lens)?;
+        let sheets = SheetRays::of(frame, view, lens);
+        let view = view.solid();
+        let (peeled, adaptive, tiles) = self.prepare(frame, view, lens, &sheets)?;
         let gpu = frame.gpu();
         let AdaptiveUniform { points, most_points, .. } = adaptive;
         let points = gpu.memo().get(&(lens.aperture.clone(), points, most_points, self.jitter, turn), || {
@@ -277,7 +280,14 @@ impl Adaptive {
             0 => Views::none(frame, lens),
             _ => Views::draw(frame, view, lens, &adaptive)?,
         };
-        let rays = Rays { adaptive: &adaptive, tiles: &tiles, peeled: &peeled, views: &views, points: &points };
+        let rays = Rays {
+            adaptive: &adaptive,
+            tiles: &tiles,
+            peeled: &peeled,
+            views: &views,
+            sheets: &sheets,
+            points: &points,
+        };
         Ok(rays.record(frame))
     }
 
@@ -298,7 +308,9 @@ impl Adaptive {
     /// Records the passes that find the tiles, without the rays: what a test or an overlay
     /// looks at.
     pub fn tiles(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<(TileGrid, Tiles), MethodError> {
-        let (peeled, _, tiles) = self.prepare(frame, view, lens)?;
+        let sheets = SheetRays::of(frame, view, lens);
+        let view = view.solid();
+        let (peeled, _, tiles) = self.prepare(frame, view, lens, &sheets)?;
         Ok((grid(frame, view, lens, &peeled), tiles))
     }
 
@@ -307,6 +319,7 @@ impl Adaptive {
         frame: &mut Frame<'_>,
         view: &mut View,
         lens: &Lens,
+        sheets: &SheetRays,
     ) -> Result<(Peeled, AdaptiveUniform, Tiles), MethodError> {
         let peeled = self.peel(frame, view, lens)?;
         let grid = grid(frame, view, lens, &peeled);
@@ -314,7 +327,7 @@ impl Adaptive {
         if peeled.lights.is_none() {
             frame.skip("no highlights");
         }
-        let tiles = tiles::build(frame, view, lens, &peeled, &adaptive);
+        let tiles = tiles::build(frame, view, lens, &peeled, &adaptive, sheets);
         Ok((peeled, adaptive, tiles))
     }
 

@@ -5,6 +5,7 @@ use super::explain::explain;
 use super::tiles::Tiles;
 use super::views::Views;
 use crate::gpu::{Buffer, Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
+use crate::methods::sheet_rays::SheetRays;
 use crate::shader;
 use crate::view::{LIGHT_BYTES, Peeled};
 use glam::UVec2;
@@ -30,6 +31,7 @@ pub(super) struct Rays<'a> {
     pub tiles: &'a Tiles,
     pub peeled: &'a Peeled,
     pub views: &'a Views,
+    pub sheets: &'a SheetRays,
     /// [`lens_points`](super::lens_points).
     pub points: &'a Buffer,
 }
@@ -76,6 +78,7 @@ impl Rays<'_> {
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
                     .texture("view_colors", &self.views.colors);
+                pass = self.sheets.bind(pass);
             }
             let pass = pass
                 .texture("radii", &self.tiles.radii)
@@ -109,7 +112,7 @@ impl Rays<'_> {
             .texture("radii", &self.tiles.radii)
             .texture("sample_depths", &self.peeled.samples.depth)
             .texture("new_glow", &glow);
-        self.tiles.lists.dispatch(pass, Class::Complex as u32);
+        self.tiles.lists.dispatch(self.sheets.bind(pass), Class::Complex as u32);
         frame.expose("glow of highlights", &glow);
         glow
     }

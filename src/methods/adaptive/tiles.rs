@@ -3,6 +3,7 @@
 //! A neighbouring tile's bin counts only if its blur reaches here; bins behind all that
 //! the pinhole sees within reach are dropped; what is left makes the tile's class.
 
+use super::super::sheet_rays::SheetRays;
 pub use super::super::tile_lists::TILE_PX;
 use super::super::tile_lists::{SKIPPED, TileLists};
 use super::AdaptiveUniform;
@@ -100,6 +101,7 @@ pub(super) fn build(
     lens: &Lens,
     peeled: &Peeled,
     adaptive: &AdaptiveUniform,
+    sheets: &SheetRays,
 ) -> Tiles {
     let gpu = frame.gpu();
     let count = |tiles: [u32; 2]| u64::from(tiles[0]) * u64::from(tiles[1]);
@@ -142,6 +144,7 @@ pub(super) fn build(
         .buffer("marked", &tiles.marked)
         .buffer("rows", &rows)
         .buffer("emitter_counts", &emitter_counts)
+        .buffer("sheet_bounds", &sheets.bounds)
         .buffer("dilated", &tiles.dilated)
         .texture("classes", &tiles.classes)
         .dispatch(inner);

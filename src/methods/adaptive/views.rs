@@ -56,9 +56,9 @@ impl Views {
         let key = TextureKey { size, levels: 1, layers: 4, format };
         let colors = frame.gpu().texture_of("off-centre views", key);
         let along = f64::from(adaptive.view_distance);
-        let layers: Vec<Layer> = [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)]
-            .into_iter()
-            .map(|(x, y)| view.from_lens_point(frame, lens, along * dvec2(x, y), false))
+        let layers: Vec<Layer> = (0..)
+            .zip([(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)])
+            .map(|(index, (x, y))| view.from_lens_point(frame, lens, along * dvec2(x, y), index, false))
             .collect::<Result<_, _>>()?;
         for (index, layer) in (0..).zip(&layers) {
             copy_to_array_layer(frame, &layer.color, &colors, index);

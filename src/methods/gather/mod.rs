@@ -46,7 +46,7 @@ impl Method for Gather {
             title: "Ring gather in layers",
             paper: "Jimenez, Next Generation Post Processing in Call of Duty: Advanced Warfare, SIGGRAPH 2014; Abadie, A Life of a Bokeh, SIGGRAPH 2018",
             summary: "Rings of taps on a half-size image, each weighed by its own blur, in a layer in front and one behind; bright pixels are drawn as sprites.",
-            limits: "What the foreground hides is guessed from what lies beside it. At half resolution slight blur is soft and small things waver; between rings large blurs show steps.",
+            limits: "What the foreground hides is guessed from what lies beside it. At half resolution slight blur is soft and small things waver; between rings large blurs show steps. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,

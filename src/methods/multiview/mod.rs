@@ -20,6 +20,7 @@ mod slabs;
 
 pub use slabs::{SlabRange, slab_ranges};
 
+use super::sheet_rays::SheetRays;
 use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
@@ -144,7 +145,7 @@ impl Method for Multiview {
             title: "Multiview synthesis",
             paper: "Lee, Eisemann and Seidel, Depth-of-Field Rendering with Multiview Synthesis, SIGGRAPH Asia 2009",
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
-            limits: "Within a slab only the nearest surface is known. What an image with a depth map hides is guessed from what lies beside it.",
+            limits: "Within a slab only the nearest solid surface is known, and of glass four sheets behind one another, which do not shift with the lens point. What an image with a depth map hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -256,6 +257,9 @@ impl Method for Multiview {
         let gpu = frame.gpu();
         let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones, self.lambda.to_bits());
         let points = gpu.memo().get(&key, || self.lens_points(gpu, lens));
+        let sheets = SheetRays::of(frame, view, lens);
+        let seen = view.pinhole(frame);
+        let view = view.solid();
         let slabs = self.slabs(frame, view, lens)?;
         let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
         let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
@@ -265,15 +269,14 @@ impl Method for Multiview {
         for (window, (square, side)) in params.windows.iter_mut().zip(squares.iter().zip(&sides)) {
             *window = [*square, *side, 0, 0];
         }
-        let pinhole = view.pinhole(frame);
         let result = frame.color_texture("multiview", view.size());
         // Without shading nothing reads these, but they are bound.
         let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
-        // Rays that shade see reflections move where all else is in focus.
-        let in_focus_coc_px = if self.shades(view) { -1.0 } else { IN_FOCUS_COC_PX };
+        // Rays that shade see reflections move where all else is in focus, and sheets may be blurred there.
+        let in_focus_coc_px = if self.shades(view) || sheets.any { -1.0 } else { IN_FOCUS_COC_PX };
         let reach_per_coc = 0.5 * lens.aperture.radius();
         let tiles = FocusMap::new(frame, view, lens, in_focus_coc_px, reach_per_coc).tiles(frame, view);
-        tiles.copy_in_focus(frame, &pinhole.color, view.overscan_px(), &result);
+        tiles.copy_in_focus(frame, &seen.color, view.overscan_px(), &result);
         let shading = if self.shades(view) { Some(view.shading()?) } else { None };
         let (environment, lights) = shading.map_or_else(
             || (EnvironmentUniform::default(), frame.gpu().buffer("no lights", size_of::<[f32; 16]>() as u64)),
@@ -293,9 +296,9 @@ impl Method for Multiview {
             .buffer("lens_points", &points.v)
             .uniform("environment", &environment)
             .buffer("lights", &lights)
-            .texture("pinhole", &pinhole.color)
+            .texture("pinhole", &seen.color)
             .texture("result", &result);
-        tiles.dispatch(pass, DEFOCUSED);
+        tiles.dispatch(sheets.bind(pass), DEFOCUSED);
         tiles.expose(frame);
         Ok(result)
     }

@@ -29,6 +29,7 @@
 //! the default: against accumulation, the built-in cans focused on the wall have 33.2 dB
 //! without H, 32.0 dB with it added and 33.8 dB with it filling (192x144, 64 lens points).
 
+mod sheets;
 mod sprites;
 mod tiles;
 
@@ -114,6 +115,7 @@ uniform! {
         highlight_threshold: f32,
         highlight_falloff: f32,
         highlight_gain: f32,
+        sheets: u32,
     }
 }
 
@@ -124,7 +126,7 @@ impl Method for Splat {
             title: "Point splatting",
             paper: "Lee, Kim and Choi, Real-Time Depth-of-Field Rendering Using Point Splatting on Per-Pixel Layers, Pacific Graphics 2008",
             summary: "Spreads every pixel over its blur spot on three layers around each destination, with a second image of what the foreground hides.",
-            limits: "Two surfaces deep: a third behind two blurred ones is missing. The cost grows with the area of the CoC.",
+            limits: "Two solid surfaces deep: a third behind two blurred ones is missing. Glass behind a blurred solid rim is drawn over it. The cost grows with the area of the CoC.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -235,17 +237,16 @@ impl Method for Splat {
     }
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
+        let sheets = view.sheets(frame, lens);
+        let view = view.solid();
         let pass = Splatting::new(self, frame, view, lens);
         let arrays = self.accelerate.then(|| pass.choose_arrays(frame));
-        let layers = pass.splat_visible(frame, arrays.as_ref());
-        if !self.hidden_is_needed(frame, view, lens) {
-            return Ok(pass.compose(frame, &layers, None));
-        }
-        let limit = pass.hidden_limit(frame);
-        let hidden = view.hidden(frame, &limit, LayerSeparation::of(&pass.lens))?;
-        frame.expose("hidden", &hidden.color);
-        let hidden_layers = pass.splat_hidden(frame, &hidden);
-        Ok(pass.compose(frame, &layers, Some(&hidden_layers)))
+        let mut layers = pass.splat_visible(frame, arrays.as_ref());
+        let Some(sheets) = sheets else { return self.with_hidden(frame, view, lens, &pass, &layers) };
+        let [in_front, behind] = pass.splat_sheets(frame, &sheets);
+        layers[2] = pass.put_behind(frame, &behind, &layers[2]);
+        let seen = self.with_hidden(frame, view, lens, &pass, &layers)?;
+        Ok(pass.put_in_front(frame, &in_front, &seen))
     }
 
     fn explains(&self) -> &'static [&'static str] {
@@ -283,6 +284,25 @@ const EXPLAINED: &str = "layers of each pixel";
 const LAYERS: [(f32, &str); 4] = [(0.0, "at"), (1.0, "at, in front"), (2.0, "at, behind"), (3.0, "all")];
 
 impl Splat {
+    /// The picture of the visible image's layers, with those of the hidden one where it is needed.
+    fn with_hidden(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &mut View,
+        lens: &Lens,
+        pass: &Splatting,
+        layers: &[Texture; 3],
+    ) -> Result<Texture, MethodError> {
+        if !self.hidden_is_needed(frame, view, lens) {
+            return Ok(pass.compose(frame, layers, None));
+        }
+        let limit = pass.hidden_limit(frame);
+        let hidden = view.hidden(frame, &limit, LayerSeparation::of(&pass.lens))?;
+        frame.expose("hidden", &hidden.color);
+        let hidden_layers = pass.splat_hidden(frame, &hidden);
+        Ok(pass.compose(frame, layers, Some(&hidden_layers)))
+    }
+
     fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
         if !self.hidden || !self.layers {
             return false;
@@ -310,11 +330,13 @@ impl Splat {
             highlight_threshold: self.highlight_threshold,
             highlight_falloff: self.highlight_falloff,
             highlight_gain: self.highlight_gain,
+            sheets: 0,
         }
     }
 }
 
 /// One frame's splatting: what goes in.
+#[derive(Clone)]
 struct Splatting {
     visible: Layer,
     lens: LensUniform,

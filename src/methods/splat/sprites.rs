@@ -1,6 +1,7 @@
 //! Spots as sprites that are drawn and blended, as the paper has it.
 
 use super::super::sprites::sum_format;
+use super::sheets::SHEET_LABELS;
 use super::{HIDDEN_LABELS, LAYER_LABELS, Splatting};
 use crate::gpu::{Blend, Draw, Frame, Gpu, Shader, Texture};
 use crate::shader;
@@ -56,6 +57,16 @@ impl Splatting {
         let format = sum_format(frame.gpu(), TARGETS);
         let layers = HIDDEN_LABELS.map(|label| frame.texture(label, self.size, format));
         self.draw(frame, ["vs_hidden", "fs_hidden"], hidden, &layers, Some([0.0; 4])).vertices(4, pixels);
+        layers
+    }
+
+    /// Sheets in front of the visible surface and behind it, added to `sums` from the second layer on.
+    pub(super) fn draw_sheets(&self, frame: &mut Frame<'_>, spots: &Layer, sums: Option<[Texture; 2]>) -> [Texture; 2] {
+        let pixels = spots.depth.size().element_product();
+        let format = sum_format(frame.gpu(), TARGETS);
+        let clear = sums.is_none().then_some([0.0; 4]);
+        let layers = sums.unwrap_or_else(|| SHEET_LABELS.map(|label| frame.texture(label, self.size, format)));
+        self.draw(frame, ["vs_hidden", "fs_sheets"], spots, &layers, clear).vertices(4, pixels);
         layers
     }
 

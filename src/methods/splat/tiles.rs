@@ -1,5 +1,6 @@
 //! Spots as what each pixel gathers, tile by tile: no overdraw and no blending.
 
+use super::sheets::SHEET_LABELS;
 use super::{HIDDEN_LABELS, LAYER_LABELS, Splatting};
 use crate::gpu::{Buffer, Frame, Gpu, Pass, Shader, Texture};
 use crate::view::Layer;
@@ -48,15 +49,25 @@ impl Tiles {
 impl Splatting {
     /// L0, L1 and L2.
     pub(super) fn gather_visible(&self, frame: &mut Frame<'_>, arrays: Option<&Texture>) -> [Texture; 3] {
-        self.gather(frame, &self.visible, arrays, ["measure_visible", "gather_visible"], LAYER_LABELS)
+        self.gather(frame, &self.visible, arrays, ["measure_visible", "gather_visible"], LAYER_LABELS, None)
     }
 
     /// M1 and M2.
     pub(super) fn gather_hidden(&self, frame: &mut Frame<'_>, hidden: &Layer) -> [Texture; 2] {
-        self.gather(frame, hidden, None, ["measure_hidden", "gather_hidden"], HIDDEN_LABELS)
+        self.gather(frame, hidden, None, ["measure_hidden", "gather_hidden"], HIDDEN_LABELS, None)
     }
 
-    /// The layers called `labels`, the last of three.
+    /// Sheets in front of the visible surface and behind it, added to `sums` from the second layer on.
+    pub(super) fn gather_sheets(
+        &self,
+        frame: &mut Frame<'_>,
+        spots: &Layer,
+        sums: Option<[Texture; 2]>,
+    ) -> [Texture; 2] {
+        self.gather(frame, spots, None, ["measure_hidden", "gather_hidden"], SHEET_LABELS, sums)
+    }
+
+    /// The layers called `labels`, the last of three, added to `sums`.
     fn gather<const N: usize>(
         &self,
         frame: &mut Frame<'_>,
@@ -64,14 +75,17 @@ impl Splatting {
         arrays: Option<&Texture>,
         [measure, gather]: [&'static str; 2],
         labels: [&str; N],
+        sums: Option<[Texture; N]>,
     ) -> [Texture; N] {
         let none = frame.texture("no sums", UVec2::ONE, FORMAT);
         let no_arrays = frame.texture("no sprite arrays", UVec2::ONE, wgpu::TextureFormat::R32Uint);
         let tiles = self.tiles(arrays.is_some());
         let arrays = arrays.unwrap_or(&no_arrays);
         let reach = self.measure(frame, source, arrays, &tiles, measure);
-        let mut layers: [Texture; N] = std::array::from_fn(|_| none.clone());
+        let goes_on = sums.is_some();
+        let mut layers: [Texture; N] = sums.unwrap_or_else(|| std::array::from_fn(|_| none.clone()));
         for part in tiles.parts(frame.gpu()) {
+            let part = Tiles { is_first: if goes_on { 0 } else { part.is_first }, ..part };
             let new = labels.map(|label| frame.texture(label, self.size, FORMAT));
             let pass = self.of_source(frame.pass(&SHADER, gather), source, arrays, &part);
             let mut pass = pass

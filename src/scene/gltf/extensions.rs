@@ -17,6 +17,7 @@ const READ: &[&str] = &[
     "KHR_meshopt_compression",
     "KHR_materials_emissive_strength",
     "KHR_materials_pbrSpecularGlossiness",
+    "KHR_materials_transmission",
     "KHR_materials_unlit",
     "KHR_mesh_quantization",
     "KHR_node_visibility",
@@ -67,10 +68,7 @@ pub(super) fn check_required(required: &[String]) -> Result<(), SceneProblem> {
 
 /// Notes the extensions that a file uses and that are not read.
 pub(super) fn note_ignored(document: &Document, notes: &mut Notes) {
-    // Transmission has a note of its own, with the materials that have it.
-    let ignored = document
-        .extensions_used()
-        .filter(|name| !is_read(name) && !HARMLESS.contains(name) && *name != "KHR_materials_transmission");
+    let ignored = document.extensions_used().filter(|name| !is_read(name) && !HARMLESS.contains(name));
     for name in ignored {
         let required = document.extensions_required().any(|other| other == name);
         notes.add(

@@ -10,9 +10,6 @@ use ::gltf::texture::{Texture, TextureTransform, WrappingMode};
 use glam::{Vec3, Vec4};
 use std::collections::HashMap;
 
-/// Blended surfaces are cut here: one depth a pixel is all that a method is given.
-const BLEND_CUTOFF: f32 = 0.5;
-
 /// An image in the form in which a material samples it. The same image as colour and as
 /// data makes two.
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
@@ -94,7 +91,7 @@ impl<'a> Materials<'a> {
         let specular_glossiness = of_file.and_then(|material| material.extensions.specular_glossiness);
         let slots = slots(source, specular_glossiness.is_some());
         let uv_sets = uv_sets(&slots);
-        let [base, rough, normal, emissive] = slots.map(|slot| {
+        let [base, rough, normal, emissive, transmission] = slots.map(|slot| {
             let slot = slot?;
             if let Some(second) = uv_sets.iter().position(|set| *set == Some(slot.uv_set)) {
                 return Some(self.texture_use(&slot, second == 1));
@@ -117,7 +114,10 @@ impl<'a> Materials<'a> {
             normal_scale: source.normal_texture().map_or(1.0, |texture| texture.scale()),
             emissive: emitted(source),
             emissive_texture: emissive,
-            alpha_cutoff: alpha_cutoff(source, &name, notes),
+            alpha_cutoff: alpha_cutoff(source),
+            blended: source.alpha_mode() == AlphaMode::Blend,
+            transmission: passes(source),
+            transmission_texture: transmission,
             double_sided: source.double_sided(),
             name,
         };
@@ -128,7 +128,7 @@ impl<'a> Materials<'a> {
         Ok(MaterialUse {
             index: self.materials.len() - 1,
             uv_sets,
-            is_textured: [base, rough, normal, emissive].iter().any(Option::is_some),
+            is_textured: [base, rough, normal, emissive, transmission].iter().any(Option::is_some),
             normal_map: normal,
         })
     }
@@ -145,7 +145,7 @@ impl<'a> Materials<'a> {
 
 /// The first two different sets of texture coordinates in the order of the slots, and
 /// TEXCOORD_0 for a material without textures.
-fn uv_sets(slots: &[Option<Slot>; 4]) -> [Option<u32>; 2] {
+fn uv_sets(slots: &[Option<Slot>; 5]) -> [Option<u32>; 2] {
     let mut used = slots.iter().flatten().map(|slot| slot.uv_set);
     let first = used.next().unwrap_or(0);
     [Some(first), used.find(|set| *set != first)]
@@ -160,8 +160,8 @@ struct Slot {
 }
 
 /// Base colour, metallic-roughness (a colour where it is specular and glossiness yet),
-/// normal and emissive texture.
-fn slots(source: &gltf::Material, is_specular: bool) -> [Option<Slot>; 4] {
+/// normal, emissive and transmission texture.
+fn slots(source: &gltf::Material, is_specular: bool) -> [Option<Slot>; 5] {
     let pbr = source.pbr_metallic_roughness();
     let from_info = |what, info: gltf::texture::Info, srgb| {
         let transform = info.texture_transform();
@@ -170,11 +170,13 @@ fn slots(source: &gltf::Material, is_specular: bool) -> [Option<Slot>; 4] {
     };
     // Unlit materials have no use for the others.
     let lit = |slot: Option<Slot>| if source.unlit() { None } else { slot };
+    let transmission = source.transmission().and_then(|transmission| transmission.transmission_texture());
     [
         pbr.base_color_texture().map(|info| from_info("base colour", info, true)),
         lit(pbr.metallic_roughness_texture().map(|info| from_info("metallic-roughness", info, is_specular))),
         lit(source.normal_texture().map(|texture| normal_slot(&texture))),
         lit(source.emissive_texture().map(|info| from_info("emissive", info, true))),
+        lit(transmission.map(|info| from_info("transmission", info, false))),
     ]
 }
 
@@ -229,20 +231,22 @@ fn emitted(source: &gltf::Material) -> Vec3 {
     Vec3::from(source.emissive_factor()) * source.emissive_strength().unwrap_or(1.0)
 }
 
-fn alpha_cutoff(source: &gltf::Material, name: &str, notes: &mut Notes) -> Option<f32> {
-    match source.alpha_mode() {
-        AlphaMode::Opaque => None,
-        AlphaMode::Mask => Some(source.alpha_cutoff().unwrap_or(0.5)),
-        AlphaMode::Blend => {
-            notes.add(format!("blended materials are cut at alpha {BLEND_CUTOFF}"), name);
-            Some(BLEND_CUTOFF)
-        }
-    }
+fn alpha_cutoff(source: &gltf::Material) -> Option<f32> {
+    (source.alpha_mode() == AlphaMode::Mask).then(|| source.alpha_cutoff().unwrap_or(0.5))
+}
+
+/// Share of light that passes. An unlit material shows its base colour and nothing else.
+fn passes(source: &gltf::Material) -> f32 {
+    let transmission = source.transmission().filter(|_| !source.unlit());
+    transmission.map_or(0.0, |transmission| transmission.transmission_factor().clamp(0.0, 1.0))
 }
 
 fn note_approximations(source: &gltf::Material, name: &str, notes: &mut Notes) {
-    if source.transmission().is_some_and(|transmission| transmission.transmission_factor() > 0.0) {
-        notes.add("transmissive materials are drawn opaque", name);
+    if passes(source) > 0.0 {
+        notes.add(
+            "light passes transmissive materials without being bent, and is dimmed by the mean of their colour instead of tinted",
+            name,
+        );
     }
     if source.occlusion_texture().is_some() {
         notes.add("occlusion textures are ignored", name);
@@ -255,10 +259,13 @@ fn check(material: &Material, index: Option<usize>, known: &[Material]) -> Resul
         material.metallic_roughness_texture,
         material.normal_texture,
         material.emissive_texture,
+        material.transmission_texture,
     ];
     let finite = material.base_color.is_finite()
         && material.emissive.is_finite()
-        && [material.metallic, material.roughness, material.normal_scale].iter().all(|x| x.is_finite())
+        && [material.metallic, material.roughness, material.normal_scale, material.transmission]
+            .iter()
+            .all(|x| x.is_finite())
         && material.alpha_cutoff.is_none_or(f32::is_finite)
         && transforms.iter().flatten().all(|t| t.u_row.is_finite() && t.v_row.is_finite());
     if finite {

@@ -99,6 +99,9 @@ pub(super) fn keep_readable(
         if is_broken(&material.normal_texture) {
             material.normal_texture = None;
         }
+        if is_broken(&material.transmission_texture) {
+            material.transmission_texture = None;
+        }
         if is_broken(&material.emissive_texture) {
             (material.emissive_texture, material.emissive) = (None, Vec3::ZERO);
         }

@@ -32,7 +32,7 @@ impl Tracer {
         let mut triangles = Vec::with_capacity(stage.triangles());
         for &(mesh, placement) in &stage.nodes {
             let (shape, material) = &stage.meshes[mesh];
-            if stage.materials[*material].cut {
+            if stage.materials[*material].lets_light_past() {
                 continue;
             }
             let points: Vec<Vec3A> =

@@ -120,7 +120,7 @@ fn light(l: &super::stage::Light) -> Value {
 
 fn material(m: &Material) -> Value {
     let mut pbr = json!({
-        "baseColorFactor": m.color.extend(1.0).to_array(),
+        "baseColorFactor": m.color.extend(m.blended.unwrap_or(1.0)).to_array(),
         "metallicFactor": m.metallic,
         "roughnessFactor": m.roughness,
     });
@@ -133,6 +133,12 @@ fn material(m: &Material) -> Value {
     }
     if m.cut {
         value["alphaMode"] = "MASK".into();
+    }
+    if m.blended.is_some() {
+        value["alphaMode"] = "BLEND".into();
+    }
+    if m.transmission > 0.0 {
+        value["extensions"] = json!({ "KHR_materials_transmission": { "transmissionFactor": m.transmission } });
     }
     let strength = m.emissive.max_element();
     if strength > 0.0 {

@@ -12,7 +12,8 @@ pub mod stage;
 
 /// Names of the scenes that are files of the repository. "forest" is not: only a picture of
 /// it is.
-pub const NAMES: [&str; 8] = ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail", "fence"];
+pub const NAMES: [&str; 9] =
+    ["cans", "atrium", "branches", "highlights", "herd", "mirrors", "handrail", "fence", "glasshouse"];
 
 /// The scene called `name`, its vertex colours still white; `None` if there is none.
 pub fn unlit(name: &str) -> Option<stage::Stage> {
@@ -24,6 +25,7 @@ pub fn unlit(name: &str) -> Option<stage::Stage> {
         "mirrors" => scenes::mirrors::stage(),
         "handrail" => scenes::handrail::stage(),
         "fence" => scenes::fence::stage(),
+        "glasshouse" => scenes::glasshouse::stage(),
         "atrium" => scenes::atrium::stage(),
         "forest" => scenes::forest::stage(),
         _ => return None,

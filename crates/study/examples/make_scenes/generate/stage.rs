@@ -42,6 +42,17 @@ pub struct Material {
     pub double_sided: bool,
     /// Whether the texture's opacity cuts holes; such a surface casts no baked shadow.
     pub cut: bool,
+    /// Opacity, a factor of the texture's, where the surface is blended with what lies behind it.
+    pub blended: Option<f32>,
+    /// Share of light that passes through.
+    pub transmission: f32,
+}
+
+impl Material {
+    /// Whether light gets past it: no baked shadow says how much.
+    pub fn lets_light_past(&self) -> bool {
+        self.cut || self.blended.is_some() || self.transmission > 0.0
+    }
 }
 
 /// A punctual light with the size it has for soft shadows.
@@ -97,6 +108,8 @@ impl Default for Material {
             emissive_texture: None,
             double_sided: false,
             cut: false,
+            blended: None,
+            transmission: 0.0,
         }
     }
 }

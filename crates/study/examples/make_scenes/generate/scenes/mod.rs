@@ -7,6 +7,7 @@ mod column;
 pub mod fence;
 pub mod forest;
 mod fresco;
+pub mod glasshouse;
 pub mod handrail;
 pub mod herd;
 pub mod highlights;
