@@ -10,6 +10,7 @@
 //   -----|-\---  layer 1
 
 #import lens
+#import sheet_rays
 #import tile_lists
 
 struct Params {
@@ -117,8 +118,28 @@ fn on_image(p: vec2f) -> vec2i {
     return clamp(vec2i(floor(p)), vec2i(0), vec2i(params.size) - 1);
 }
 
-/// What a ray sees and 1, or 0 where it meets nothing.
-fn trace(p: vec2f, v: vec2f, low: f32, high: f32) -> vec4f {
+/// A solid surface that a ray meets: what it shows and 1, or 0 where there is none, and its s.
+struct Met {
+    color: vec4f,
+    s: f32,
+}
+
+/// What a ray sees and 1, or what sheets cover of one that meets nothing solid.
+fn see(p: vec2f, v: vec2f, range: vec2f, sheets: vec2f) -> vec4f {
+    let met = trace(p, v, range.x, range.y);
+    var ray = sheet_ray(p, v, sheets);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < MOST_CROSSINGS; i++) {
+        let crossing = next_sheet(&ray, lens, met.s);
+        if crossing.light.a <= 0.0 {
+            break;
+        }
+        sum += crossing.light;
+    }
+    return sum + ray.left * met.color;
+}
+
+fn trace(p: vec2f, v: vec2f, low: f32, high: f32) -> Met {
     let steps = clamp(ceil(length(v) * (high - low)), 1.0, f32(MAX_STEPS));
     let step_s = (high - low) / steps;
     var before = vec4f(EMPTY_S);
@@ -133,14 +154,14 @@ fn trace(p: vec2f, v: vec2f, low: f32, high: f32) -> vec4f {
             let crossed = i > 0u && s[k] < from_s && before[k] >= from_s && before[k] - s[k] <= ONE_SURFACE_S;
             if inside || crossed {
                 if k == 0u {
-                    return vec4f(textureLoad(first_color, at, 0).rgb, 1.0);
+                    return Met(vec4f(textureLoad(first_color, at, 0).rgb, 1.0), s[k]);
                 }
-                return vec4f(textureLoad(colors, at, k, 0).rgb, 1.0);
+                return Met(vec4f(textureLoad(colors, at, k, 0).rgb, 1.0), s[k]);
             }
         }
         before = s;
     }
-    return vec4f(0.0);
+    return Met(vec4f(0.0), GREATEST_S);
 }
 
 /// PCG hash (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
@@ -165,10 +186,11 @@ fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
     let near = bounds_around(vec2i(pixel), widest);
     let reach = params.lens_radius * max(abs(near.x), abs(near.y));
     let range = bounds_around(vec2i(pixel), min(reach, widest));
+    let sheets = sheet_bounds_of(tile.y * ((textureDimensions(result).x + TILE - 1u) / TILE) + tile.x);
     let first = (hash(id.x + hash(id.y)) % params.sets) * params.samples;
     var sum = vec4f(0.0);
     for (var i = 0u; i < params.samples; i++) {
-        sum += trace(p, lens_points[first + i], range.x, range.y);
+        sum += see(p, lens_points[first + i], range, sheets);
     }
     // Rays between texels of a slope meet nothing: the others stand for them.
     var color = textureLoad(first_color, pixel, 0).rgb;

@@ -18,6 +18,7 @@
 //! layer before it); bounds come from a pyramid (the paper: N-buffers); the lens is a thin one (the
 //! paper's rays also bend as those of lenses with aberrations do).
 
+use super::sheet_rays::SheetRays;
 use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture, TextureKey};
@@ -76,7 +77,7 @@ impl Method for LensLayers {
             title: "Lens rays through layers",
             paper: "Lee, Eisemann and Seidel, Real-Time Lens Blur Effects and Focus Control, SIGGRAPH 2010",
             summary: "Peels the scene into layers and traces a few lens rays a pixel through them.",
-            limits: "As noisy as its rays are few, most so around bright lights. Four surfaces behind one another; what an image hides is guessed from what lies beside it.",
+            limits: "As noisy as its rays are few, most so around bright lights. Four solid surfaces behind one another, and four sheets of glass, smoke or soft leaves; what an image hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -126,7 +127,10 @@ impl Method for LensLayers {
         let pinhole = view.pinhole(frame);
         let result = frame.color_texture("lens-layers", view.size());
         let reach_per_coc = 0.5 * lens.aperture.radius();
-        let tiles = FocusMap::new(frame, view, lens, IN_FOCUS_COC_PX, reach_per_coc).tiles(frame, view);
+        let sheets = SheetRays::of(frame, view, lens);
+        // Sheets may be blurred where all else is in focus.
+        let in_focus_coc_px = if sheets.any { -1.0 } else { IN_FOCUS_COC_PX };
+        let tiles = FocusMap::new(frame, view, lens, in_focus_coc_px, reach_per_coc).tiles(frame, view);
         tiles.copy_in_focus(frame, &pinhole.color, view.overscan_px(), &result);
         let bounds = Bounds::of(frame, view, lens, &peeled, [self.samples, sets]);
         let pass = frame
@@ -138,7 +142,7 @@ impl Method for LensLayers {
             .texture("bounds", &bounds.pyramid)
             .buffer("lens_points", &points)
             .texture("result", &result);
-        tiles.dispatch(pass, DEFOCUSED);
+        tiles.dispatch(sheets.bind(pass), DEFOCUSED);
         tiles.expose(frame);
         Ok(result)
     }

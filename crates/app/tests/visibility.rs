@@ -120,7 +120,7 @@ fn point_spread_functions_are_written() {
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("out");
     let exr = folder.path().join("psf.exr");
-    let mut args = vec!["psf", "--methods", "mipmap,separable", "--coc", "2,4", "--front", "-q"];
+    let mut args = vec!["psf", "--methods", "mipmap,separable", "--coc", "2,4", "--side", "front", "-q"];
     args.extend(["-o", out.to_str().unwrap(), "--export", exr.to_str().unwrap()]);
     let output = run(&args);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));

@@ -254,7 +254,7 @@ fn an_image_of_one_bright_color_keeps_it_through_any_lens() {
                 Lens { aperture_diameter_mm: 1.0, focus_distance_m: 1.0, aperture: aperture.clone(), ..Lens::PINHOLE };
             let aperture_diameter_mm = coc_px / unit.coc_diameter_px(1e3).abs();
             let case = ImageCase {
-                name: format!("{aperture:?}, {coc_px} px, {size}").into(),
+                name: format!("{aperture:?}, {coc_px} px, {size}"),
                 color: Image::from_fn(size, |_, _| Vec3::new(1.0, 0.0, 3e4)),
                 depth_m: Image::from_fn(size, |_, _| 1e3),
                 lens: Lens { aperture_diameter_mm, ..unit },

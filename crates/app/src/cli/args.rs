@@ -129,6 +129,15 @@ pub struct CompareArgs {
     pub run: RunOptions,
 }
 
+/// `--side`: where a point lies.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum PsfSide {
+    /// In front of the focus distance
+    Front,
+    /// Behind it
+    Behind,
+}
+
 /// `defocus bench`.
 #[derive(Debug, Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -268,9 +277,9 @@ pub struct PsfArgs {
     /// Intensity over the aperture: disc, polygon:N[:ROT[:ROUNDNESS]], gaussian[:SIGMA_PER_COC] or image:FILE
     #[arg(long, value_name = "SHAPE", value_parser = parse_aperture)]
     pub aperture: Option<Aperture>,
-    /// The point is in front of the focus distance instead of behind it
-    #[arg(long)]
-    pub front: bool,
+    /// Side of the focus distance that the point lies on
+    #[arg(long, value_name = "SIDE", default_value = "behind")]
+    pub side: PsfSide,
     /// Set a parameter of a method (repeatable), as `defocus methods` lists them
     #[arg(long = "set", value_name = "[ID.]KEY=VALUE")]
     pub settings: Vec<String>,

@@ -1,6 +1,6 @@
 //! `defocus psf`: each method's point spread function beside the lens's own.
 
-use super::args::PsfArgs;
+use super::args::{PsfArgs, PsfSide};
 use super::output::{check_json, check_target, command_line, is_stdout, print, write_json};
 use super::progress::{Bar, catch_interrupts, check_interrupt};
 use super::select;
@@ -37,7 +37,10 @@ pub fn run(args: &PsfArgs) -> anyhow::Result<()> {
     lens.check()?;
     let gpu = args.run.gpu()?;
     let bar = Bar::new(args.run.quiet);
-    let side = if args.front { Side::Front } else { Side::Behind };
+    let side = match args.side {
+        PsfSide::Front => Side::Front,
+        PsfSide::Behind => Side::Behind,
+    };
     let found = measure(&gpu, &lens, &methods, (&args.cocs, side), &mut |step| bar.step(step))?;
     drop(bar);
     check_interrupt()?;
