@@ -135,6 +135,7 @@ impl Method for LensLayers {
         let bounds = Bounds::of(frame, view, lens, &peeled, [self.samples, sets]);
         let pass = frame
             .pass(&SHADER, "trace_tiles")
+            .uniform("lens", &view.lens_uniform(lens))
             .uniform("params", &bounds.params)
             .texture("first_color", &peeled.samples.color)
             .texture("colors", &peeled.color)
