@@ -2,7 +2,9 @@
 
 use crate::window::model::numbers::{OtherUnit, exact, parsed, significant};
 use crate::window::ui::named::named;
-use eframe::egui::{Color32, DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, TextStyle, Ui};
+use eframe::egui::{
+    Color32, DragValue, Id, Label, Response, RichText, Sense, Slider, SliderClamping, TextStyle, Ui, UiBuilder,
+};
 use std::cell::RefCell;
 use std::ops::RangeInclusive;
 
@@ -140,7 +142,9 @@ impl Field<'_> {
 /// A name, then what `add` adds, which it labels by the name's id; the name's response.
 fn labelled_row(ui: &mut Ui, name: &str, add: impl FnOnce(&mut Ui, Id)) -> Response {
     let text = RichText::new(name).color(ui.visuals().text_color());
-    named(ui, Label::new(text).selectable(false).sense(Sense::click()), name, add).0
+    // Its own identity: a drag goes on where a line comes or goes above it.
+    let scope = UiBuilder::new().scope_id(ui.scope_id().with((name, "row")));
+    ui.scope_builder(scope, |ui| named(ui, Label::new(text).selectable(false).sense(Sense::click()), name, add).0).inner
 }
 
 /// A name, then whatever `add` adds, labelled by it; the name's response.
