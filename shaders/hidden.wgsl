@@ -59,10 +59,9 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
     var top = 0u;
     var count = 0u;
     var seen = Surface();
-    for (var i = 0u; i < min(length, max(params.size.x, params.size.y)); i++) {
+    for (var i = 0u; i < length; i++) {
         let at = pixel_of(direction, row, i);
         let z = textureLoad(depth, at, 0).r;
-        let here = textureLoad(color, at, 0).rgb;
         if i > 0u && z > seen.z + params.separation_z {
             top = (top + 1u) % REMEMBERED;
             count = min(count + 1u, REMEMBERED);
@@ -89,7 +88,7 @@ fn follow(@builtin(global_invocation_id) id: vec3u) {
 /// not to be drawn out to a streak.
 const SHARE = 0.3;
 
-/// Pixels whose mean that is: 0.7^8 is 6 % of the first.
+/// Pixels whose mean that is, the last with what is left: 0.7^7, 8 %.
 const AVERAGED = 8u;
 
 /// Where a direction comes from.

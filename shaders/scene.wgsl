@@ -46,7 +46,7 @@ struct Material {
 }
 
 // Constants of a pipeline and not of a buffer: software adapters execute both sides of a
-// branch, and an anisotropic read is dear.
+// branch, and an anisotropic read is costly.
 
 /// Bit k: the material has texture k of the list below.
 override TEXTURES: u32 = 31u;

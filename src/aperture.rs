@@ -144,6 +144,14 @@ impl Aperture {
         self.map_square(sobol::point(index))
     }
 
+    /// `sets` sets of `samples` points each, one after another: blocks of [`Aperture::lens_point`] that begin
+    /// at powers of two, each of which is spread well. A single point is the lens's centre.
+    pub fn lens_point_sets(&self, samples: u32, sets: u32) -> Vec<DVec2> {
+        let block = samples.next_power_of_two();
+        let point = |i: u32| if samples == 1 { DVec2::ZERO } else { self.lens_point(i) };
+        (0..sets).flat_map(|k| (0..samples).map(move |i| point(k * block + i))).collect()
+    }
+
     /// The first `n` points of [`Aperture::lens_point`].
     pub fn lens_points(&self, n: u32) -> Vec<DVec2> {
         (0..n).map(|index| self.lens_point(index)).collect()

@@ -10,6 +10,7 @@
 // where the picture is sharp, they are those of samples.
 
 #import emitters
+#import four_layers
 #import layers
 #import sampling
 
@@ -87,19 +88,6 @@ struct Hit {
 
 const NO_HIT = -1;
 const SAMPLE = 4;
-
-fn first_within(s: vec4f, low: f32, high: f32) -> i32 {
-    let within = (s >= vec4f(low)) & (s <= vec4f(high));
-    let second_half = select(select(-1, 3, within.w), 2, within.z);
-    return select(select(second_half, 1, within.y), 0, within.x);
-}
-
-fn nearest_to(s: vec4f, wanted: f32) -> i32 {
-    let d = abs(s - wanted);
-    let first = select(0, 1, d.y < d.x);
-    let second = select(2, 3, d.w < d.z);
-    return select(first, second, min(d.z, d.w) < min(d.x, d.y));
-}
 
 /// |s|, px, up to which silhouettes are sharp enough to need a step for each sample.
 const FINE_UP_TO_S = 1.5;

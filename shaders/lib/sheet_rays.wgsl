@@ -4,6 +4,7 @@
 // s = c / 2 is the signed CoC radius in pixels: a ray through pixel p and lens point v is at
 // p - v * s.
 
+#import four_layers
 #import lens
 #import sampling
 
@@ -71,19 +72,6 @@ fn sheets_at(lens: Lens, at: vec2f) -> vec4f {
     return select(s, vec4f(NO_SHEET_S), z < vec4f(0.0));
 }
 
-fn first_sheet(s: vec4f, low: f32, high: f32) -> i32 {
-    let within = (s >= vec4f(low)) & (s <= vec4f(high));
-    let second_half = select(select(-1, 3, within.w), 2, within.z);
-    return select(select(second_half, 1, within.y), 0, within.x);
-}
-
-fn nearest_sheet(s: vec4f, wanted: f32) -> i32 {
-    let d = abs(s - wanted);
-    let first = select(0, 1, d.y < d.x);
-    let second = select(2, 3, d.w < d.z);
-    return select(first, second, min(d.z, d.w) < min(d.x, d.y));
-}
-
 /// The next sheet that the ray crosses in front of s = `up_to`.
 fn next_sheet(ray: ptr<function, SheetRay>, lens: Lens, up_to: f32) -> SheetCrossing {
     let end = min((*ray).end_s, up_to);
@@ -92,7 +80,7 @@ fn next_sheet(ray: ptr<function, SheetRay>, lens: Lens, up_to: f32) -> SheetCros
         let width = min(1.0 / length_v, end - (*ray).s);
         let there = sheets_at(lens, (*ray).p - (*ray).v * ((*ray).s + 0.5 * width));
         let low = max((*ray).s - SHEET_SLACK_S, (*ray).last_s + SHEETS_APART_S);
-        let k = first_sheet(there, low, (*ray).s + width + SHEET_SLACK_S);
+        let k = first_within(there, low, (*ray).s + width + SHEET_SLACK_S);
         if k < 0 {
             (*ray).s += width;
             continue;
@@ -101,7 +89,7 @@ fn next_sheet(ray: ptr<function, SheetRay>, lens: Lens, up_to: f32) -> SheetCros
         let expected = there[k];
         let met_at = (*ray).p - (*ray).v * expected;
         let met = sheets_at(lens, met_at);
-        let j = nearest_sheet(met, expected);
+        let j = nearest_to(met, expected);
         let s = met[j];
         let is_same = abs(s - expected) <= 0.25 + 0.08 * abs(expected);
         if is_same && s > (*ray).last_s + SHEETS_APART_S && s < up_to {

@@ -6,12 +6,7 @@
 // pixels come in another order and are independent, so that the transmittances of surfaces behind
 // one another multiply: Burley, "Practical Hash-Based Owen Scrambling" (JCGT 2020).
 
-/// PCG hash (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
-fn hash_of(x: u32) -> u32 {
-    let state = x * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
+#import hash
 
 /// A permutation of 32-bit numbers in which a bit depends on lower ones only.
 fn permuted(number: u32, seed: u32) -> u32 {
@@ -29,8 +24,8 @@ const CELLS_AN_OCTAVE = 32.0;
 /// The threshold in [0, 1) of a surface at stored depth z for a pixel and a lens point.
 fn threshold(pixel: vec2u, surface: u32, z: f32, lens_point: u32) -> f32 {
     let cell = u32(i32(floor(CELLS_AN_OCTAVE * log2(max(z, 1e-30)))) + 4096);
-    let seed = hash_of(pixel.x + hash_of(pixel.y + hash_of(surface + hash_of(cell))));
+    let seed = hash(pixel.x + hash(pixel.y + hash(surface + hash(cell))));
     let shuffled = permuted(reverseBits(lens_point), seed);
-    let scrambled = reverseBits(permuted(reverseBits(shuffled), hash_of(seed)));
+    let scrambled = reverseBits(permuted(reverseBits(shuffled), hash(seed)));
     return f32(scrambled >> 8u) / 16777216.0;
 }

@@ -9,6 +9,7 @@
 //        |\  ____ layer 0
 //   -----|-\---  layer 1
 
+#import hash
 #import lens
 #import sheet_rays
 #import tile_lists
@@ -139,6 +140,7 @@ fn see(p: vec2f, v: vec2f, range: vec2f, sheets: vec2f) -> vec4f {
     return sum + ray.left * met.color;
 }
 
+/// The nearest solid surface that a ray meets where s lies between `low` and `high`.
 fn trace(p: vec2f, v: vec2f, low: f32, high: f32) -> Met {
     let steps = clamp(ceil(length(v) * (high - low)), 1.0, f32(MAX_STEPS));
     let step_s = (high - low) / steps;
@@ -164,13 +166,6 @@ fn trace(p: vec2f, v: vec2f, low: f32, high: f32) -> Met {
     return Met(vec4f(0.0), GREATEST_S);
 }
 
-/// PCG hash (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
-fn hash(x: u32) -> u32 {
-    let state = x * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
-}
-
 @compute @workgroup_size(8, 8)
 fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
     let tile = listed_tile(group);
@@ -185,7 +180,7 @@ fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
     let widest = params.lens_radius * max(abs(anywhere.x), abs(anywhere.y));
     let near = bounds_around(vec2i(pixel), widest);
     let reach = params.lens_radius * max(abs(near.x), abs(near.y));
-    let range = bounds_around(vec2i(pixel), min(reach, widest));
+    let range = bounds_around(vec2i(pixel), reach);
     let sheets = sheet_bounds_of(tile.y * ((textureDimensions(result).x + TILE - 1u) / TILE) + tile.x);
     let first = (hash(id.x + hash(id.y)) % params.sets) * params.samples;
     var sum = vec4f(0.0);

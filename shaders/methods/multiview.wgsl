@@ -14,6 +14,7 @@
 //        |\  ....  c = 0: in focus, every ray is at p
 //   -----|-\---  slab 2
 
+#import hash
 #import lens
 #import shading
 #import sheet_rays
@@ -301,13 +302,6 @@ fn may_hit(pixel: vec2i, slab: u32) -> bool {
     let left = max(nearest_z(low, slab), nearest_z(vec2i(low.x, high.y), slab));
     let right = max(nearest_z(vec2i(high.x, low.y), slab), nearest_z(high, slab));
     return max(left, right) >= 0.0;
-}
-
-/// PCG hash (Jarzynski and Olano, "Hash Functions for GPU Rendering", JCGT 2020).
-fn hash(x: u32) -> u32 {
-    let state = x * 747796405u + 2891336453u;
-    let word = ((state >> ((state >> 28u) + 4u)) ^ state) * 277803737u;
-    return (word >> 22u) ^ word;
 }
 
 @compute @workgroup_size(8, 8)

@@ -125,7 +125,7 @@ fn share_beyond(distance: f32) -> f32 {
 }
 
 /// Share of the spot of the surface that `pixel`, of the outer frame, shows which lies in that frame:
-/// what light from beyond it would bring is missing and not hidden. At least a quarter.
+/// what light from beyond it would bring is missing and not hidden. A quarter in a corner, not less.
 fn share_in_frame(pixel: vec2u) -> f32 {
     let radius = max(0.5 * sprites.radius * abs(visible_coc_px(vec2i(pixel))), 0.5);
     let low = (vec2f(pixel) + 0.5) / radius;
@@ -145,7 +145,9 @@ fn completed(visible: vec4f, hidden: vec4f) -> vec4f {
 @compute @workgroup_size(8, 8)
 fn compose_with_hidden(@builtin(global_invocation_id) id: vec3u) {
     let front = textureLoad(layer_front, id.xy, 0);
-    let seen = textureLoad(layer_same, id.xy, 0) / share_in_frame(id.xy + sprites.overscan);
+    // The paper adds what is hidden, wherever it is.
+    let in_frame = select(1.0, share_in_frame(id.xy + sprites.overscan), params.filling != 0u);
+    let seen = textureLoad(layer_same, id.xy, 0) / in_frame;
     let same = completed(seen, textureLoad(hidden_same, id.xy, 0));
     let behind = completed(textureLoad(layer_behind, id.xy, 0), textureLoad(hidden_behind, id.xy, 0));
     textureStore(result, id.xy, composed(behind, same, front));

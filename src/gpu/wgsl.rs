@@ -29,7 +29,9 @@ macro_rules! shader {
 const LIBRARY: &[Shader] = &[
     shader!("lib/color"),
     shader!("lib/emitters"),
+    shader!("lib/four_layers"),
     shader!("lib/gather"),
+    shader!("lib/hash"),
     shader!("lib/layers"),
     shader!("lib/lens"),
     shader!("lib/lens_rays"),

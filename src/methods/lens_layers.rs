@@ -182,12 +182,9 @@ struct LensPoints(Buffer);
 
 impl LensPoints {
     fn new(gpu: &Gpu, lens: &Lens, samples: u32, sets: u32) -> Self {
-        // Blocks are aligned at powers of two: then each is a good set.
-        let block = samples.next_power_of_two();
-        let point = |i: u32| if samples == 1 { DVec2::ZERO } else { lens.aperture.lens_point(i) };
-        let all: Vec<Vec2> =
-            (0..sets).flat_map(|k| (0..samples).map(move |i| point(k * block + i))).map(DVec2::as_vec2).collect();
-        Self(gpu.buffer_of("lens points", &all))
+        let points = lens.aperture.lens_point_sets(samples, sets);
+        let points: Vec<Vec2> = points.into_iter().map(DVec2::as_vec2).collect();
+        Self(gpu.buffer_of("lens points", &points))
     }
 }
 

@@ -44,7 +44,6 @@ pub(super) fn follow(frame: &mut Frame<'_>, seen: &Layer, separation_z: f32) -> 
     frame
         .pass(&SHADER, "follow")
         .uniform("params", &Hidden { separation_z, _unused: 0, size: size.to_array() })
-        .texture("color", &seen.color)
         .texture("depth", &seen.depth)
         .buffer("distances", &distances)
         .buffer("interrupted", &interrupted)

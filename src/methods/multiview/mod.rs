@@ -251,7 +251,7 @@ impl Method for Multiview {
     }
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
-        if !view.is_scene() {
+        if !view.is_scene() && !self.hidden {
             frame.skip("hidden surfaces: an image has none");
         }
         let gpu = frame.gpu();
@@ -367,8 +367,7 @@ impl Multiview {
                 ranges,
                 levels,
                 surfaces: self.shades(view),
-                hidden: (self.hidden && count > 1 && !view.is_scene())
-                    .then(|| LayerSeparation::of(&view.lens_uniform(lens))),
+                hidden: (self.guesses_hidden(view) && count > 1).then(|| LayerSeparation::of(&view.lens_uniform(lens))),
                 one_by_one: DRAWINGS[self.drawing] == "one by one",
             },
         )
@@ -376,16 +375,13 @@ impl Multiview {
 
     fn lens_points(&self, gpu: &Gpu, lens: &Lens) -> LensPoints {
         let sets = if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 };
-        // Blocks are aligned at powers of two: then each is a good set.
-        let block = self.samples.next_power_of_two();
-        let point = |i: u32| if self.samples == 1 { DVec2::ZERO } else { lens.aperture.lens_point(i) };
-        let set = |k: u32| (0..self.samples).map(move |i| point(k * block + i));
-        let spacing = mean_spacing(&set(0).collect::<Vec<_>>());
+        let points = lens.aperture.lens_point_sets(self.samples, sets);
+        let spacing = mean_spacing(&points[..self.samples as usize]);
         let is_moved = JITTERS[self.jitter] == "offsets" && self.samples > 1;
         let jitter = if is_moved { 0.5 * spacing } else { 0.0 };
-        let all: Vec<Vec2> = (0..sets).flat_map(set).map(DVec2::as_vec2).collect();
+        let points: Vec<Vec2> = points.into_iter().map(DVec2::as_vec2).collect();
         LensPoints {
-            v: gpu.buffer_of("lens points", &all),
+            v: gpu.buffer_of("lens points", &points),
             sets,
             jitter,
             // Points a distance s apart in v are s * C / 2 apart on the image.

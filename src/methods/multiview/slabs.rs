@@ -252,7 +252,7 @@ impl Slabs {
             .texture("slab_depth", &self.depth)
             .buffer("content", &self.content)
             .dispatch(self.color.size());
-        if let Some(separation) = self.key.hidden.filter(|_| !view.is_scene()) {
+        if let Some(separation) = self.key.hidden {
             let hidden = view.hidden(frame, &layer.depth, separation)?;
             frame
                 .pass(&SLAB_SHADER, "gather_hidden")
