@@ -30,7 +30,7 @@ pub struct CompareRequest<'a> {
     pub rounds: Rounds,
 }
 
-/// What came of one method.
+/// Result of one method.
 #[derive(Clone, Debug)]
 pub struct MethodResult {
     /// Its id.
@@ -62,7 +62,7 @@ pub struct NotRun {
     pub reason: String,
 }
 
-/// What came of all methods.
+/// Results of all methods.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The pinhole image of the inner frame, linear.

@@ -199,7 +199,7 @@ pub struct CompareJson {
     pub viewing: Viewing,
     /// The truth, where there is one.
     pub reference: Option<ReferenceJson>,
-    /// What came of each method.
+    /// Result of each method.
     pub results: Vec<ResultJson>,
     /// GPU times, ms, of a copy of the pinhole image in the same rounds.
     pub copy_ms: Option<RunTimes>,
@@ -220,7 +220,7 @@ pub struct ReferenceJson {
     pub self_psnr_db: Option<f64>,
 }
 
-/// What came of one method.
+/// Result of one method.
 #[derive(Clone, Debug, Serialize)]
 pub struct ResultJson {
     /// Its id.
@@ -301,7 +301,7 @@ impl From<&MethodResult> for ResultJson {
 }
 
 impl CompareJson {
-    /// What came of a comparison.
+    /// Result of a comparison.
     pub fn new(
         setting: Setting,
         viewing: Viewing,

@@ -71,7 +71,7 @@ pub struct Rounds {
     pub redraw: bool,
 }
 
-/// What came of timing one method.
+/// Result of timing one method.
 pub(super) struct Timed {
     /// The last run.
     pub rendered: Rendered,

@@ -59,7 +59,7 @@ pub struct AwaitedTruth {
     pub progress: Arc<Mutex<(u32, u32)>>,
 }
 
-/// What came of it.
+/// The result.
 pub struct Compared {
     /// The numbers.
     pub json: CompareJson,

@@ -19,7 +19,7 @@ pub struct BenchResults {
     pub cells: Vec<CellResult>,
 }
 
-/// What came of one cell.
+/// Result of one cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct CellResult {
     /// Which.
@@ -44,13 +44,13 @@ pub struct CellResult {
     pub reference_self_psnr_db: Option<f64>,
     /// GPU times, ms, of copying the image in the same rounds.
     pub copy_ms: Option<RunTimes>,
-    /// What came of each variant.
+    /// Result of each variant.
     pub variants: Vec<VariantResult>,
     /// Variants left out, with the reason.
     pub not_run: Vec<NotRun>,
 }
 
-/// What came of one variant in one cell.
+/// Result of one variant in one cell.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct VariantResult {
     /// Method and settings in words.

@@ -66,7 +66,7 @@ pub struct BenchRun<'a> {
     pub deadline: Option<Instant>,
 }
 
-/// What came of a run.
+/// Result of a run.
 #[derive(Debug, Default)]
 pub struct BenchOutcome {
     /// Cells measured now.

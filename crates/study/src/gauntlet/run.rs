@@ -49,7 +49,7 @@ pub enum MethodFigures {
     },
 }
 
-/// What came of one scene.
+/// Result of one scene.
 #[derive(Clone, Debug, serde::Serialize)]
 pub struct SceneResult {
     /// Its name, by which it is opened.

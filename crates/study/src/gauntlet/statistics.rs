@@ -1,4 +1,4 @@
-//! What came of many scenes.
+//! Results of many scenes.
 
 use super::{FAMILIES, MethodFigures, SceneResult};
 use std::collections::BTreeMap;

@@ -99,7 +99,7 @@ impl PaperTable {
         }
     }
 
-    /// What came of it, beside the paper.
+    /// The result, beside the paper.
     pub fn compared(self, results: &BenchResults) -> Comparison {
         match self {
             Self::TvcgFig14 => tvcg::fig14(results),

@@ -384,7 +384,7 @@ impl Figure {
         }
     }
 
-    /// What came of a row in a cell.
+    /// Result of a row in a cell.
     fn found<'a>(&self, results: &'a BenchResults, row: &Row, scene: &str, px: f64) -> Option<&'a VariantResult> {
         // With `--set` a variant has other settings than the row, but the same place.
         let place = self.rows.iter().position(|r| std::ptr::eq(r, row))?;
