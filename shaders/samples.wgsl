@@ -2,6 +2,7 @@
 // colour of each texel's surface, and what in each pixel is far brighter than white.
 
 #import emitters
+#import staggered
 
 struct Sampling {
     /// Samples a pixel, and a texel of the layer, on each side.
@@ -13,6 +14,8 @@ struct Sampling {
     limited: u32,
     /// Outer frame, px.
     size: vec2u,
+    /// 1: samples are staggered (`stagger_of`).
+    staggered: u32,
 }
 
 /// Most samples a texel, and a pixel, on each side.
@@ -66,7 +69,10 @@ fn find_lights(@builtin(global_invocation_id) id: vec3u) {
         for (var x = 0u; x < side; x++) {
             let texel = side * id.xy + vec2u(x, y);
             let radiance = textureLoad(color, texel, 0).rgb;
-            light = with_sample(light, radiance, textureLoad(depth, texel, 0).r, vec2f(vec2u(x, y)) / f32(side), share);
+            let place = vec2f(vec2u(x, y));
+            let moved = vec2f(stagger_of(place.y, f32(side)), stagger_of(place.x, f32(side)));
+            let offset = (place + f32(sampling.staggered) * moved) / f32(side);
+            light = with_sample(light, radiance, textureLoad(depth, texel, 0).r, offset, share);
         }
     }
     lights[id.y * sampling.size.x + id.x] = light;

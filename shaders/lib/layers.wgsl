@@ -56,6 +56,8 @@ struct Adaptive {
     noise_limit: f32,
     /// 1: what is seen is an image with depth.
     is_image: u32,
+    /// 1: samples are staggered (`stagger_of`); 0: they lie in a regular grid.
+    staggered: u32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;

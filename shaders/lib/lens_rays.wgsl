@@ -13,6 +13,7 @@
 #import four_layers
 #import layers
 #import sampling
+#import staggered
 
 /// s of up to four layers, nearest first.
 @group(2) @binding(0) var radii: texture_2d<f32>;
@@ -32,9 +33,19 @@ fn texel_at(position: vec2f) -> vec2i {
     return clamp_to_image(vec2i(floor(texels_of(adaptive.fineness, position))), textureDimensions(radii));
 }
 
+/// By how much a sample of a row lies to the right of its place in a regular grid, and one of a column
+/// below it, samples.
+fn stagger(line: f32) -> f32 {
+    return f32(adaptive.staggered) * stagger_of(line, f32(adaptive.samples_a_side));
+}
+
 /// The sample at a position, px.
 fn sample_at(position: vec2f) -> vec2i {
-    return clamp_to_image(vec2i(floor(texels_of(adaptive.samples_a_side, position))), textureDimensions(sample_depths));
+    let at = texels_of(adaptive.samples_a_side, position);
+    // The row decides where columns lie, and the column where rows do: begun with a mean row.
+    let row = floor(at.y - f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)));
+    let column = floor(at.x - stagger(row));
+    return clamp_to_image(vec2i(vec2f(column, floor(at.y - stagger(column)))), textureDimensions(sample_depths));
 }
 
 fn sample_s(texel: vec2i) -> f32 {
@@ -278,7 +289,8 @@ fn sample_blur() -> f32 {
 /// layer is the mean of samples from its centre on to the right and down, not around it.
 fn color_place(layer: i32, position: vec2f) -> vec2f {
     let draws = f32(adaptive.samples_a_side) / f32(adaptive.fineness);
-    return texels_of(adaptive.fineness, position) - select(0.0, 0.5 - 0.5 / draws, layer == 0);
+    let staggered = f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)) / draws;
+    return texels_of(adaptive.fineness, position) - select(0.0, 0.5 - 0.5 / draws + staggered, layer == 0);
 }
 
 /// A hit of a sample as one of the layer that shows the same surface, whose colour is a mean
@@ -340,13 +352,13 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
         return own;
     }
     let ray = p - v * (hit.s * shrink(hit.s, sample_blur()));
-    let b = bilinear(texels_of(adaptive.samples_a_side, ray));
+    let around = samples_around(ray);
     var same = true;
     var at_edge = false;
     // An edge is as blurred as what lies in front.
     var front = hit.s;
     for (var i = 0; i < 4; i++) {
-        let s = sample_s(sample_corner(b, i));
+        let s = sample_s(sample_corner(around, i));
         same = same && is_same(s, hit.s);
         at_edge = at_edge || abs(s - hit.s) > EDGE_S;
         front = min(front, s);
@@ -360,25 +372,61 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     return own;
 }
 
-/// The samples around a position, px, of whatever surfaces.
+/// The colours of the samples around a position, px, of whatever surfaces.
 fn interpolated(position: vec2f, limited: bool) -> vec3f {
-    let size = vec2f(textureDimensions(sample_colors));
-    let at = clamp(texels_of(adaptive.samples_a_side, position), vec2f(0.5), size - 0.5);
-    if !limited {
-        return textureSampleLevel(sample_colors, linear_clamp, at / size, 0.0).rgb;
-    }
-    let b = bilinear(at);
+    let around = samples_around(position);
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {
-        let texel = sample_corner(b, i);
+        let texel = sample_corner(around, i);
         let color = textureLoad(sample_colors, texel, 0).rgb;
-        sum += corner_weight(b, i) * without_lights(color, sample_s(texel), true);
+        sum += sample_weight(around, i) * without_lights(color, sample_s(texel), limited);
     }
     return sum;
 }
 
-fn sample_corner(b: Bilinear, i: i32) -> vec2i {
-    return clamp_to_image(b.corner + vec2i(i & 1, i >> 1), textureDimensions(sample_depths));
+/// Two neighbouring samples of each of two rows.
+struct SamplesAround {
+    /// The upper row, and the left column of the upper and of the lower row.
+    row: f32,
+    columns: vec2f,
+    /// The shares of the right samples of both rows, and of the lower row.
+    right: vec2f,
+    lower: f32,
+}
+
+/// The left one of two samples of a row around x, the share of the right one, and how far down the two
+/// lie there: samples of the regular grid.
+fn along_row(row: f32, x: f32) -> vec3f {
+    let from_first = x - stagger(row);
+    let column = floor(from_first);
+    let right = from_first - column;
+    return vec3f(column, right, row + mix(stagger(column), stagger(column + 1.0), right));
+}
+
+fn samples_around(position: vec2f) -> SamplesAround {
+    let at = texels_of(adaptive.samples_a_side, position) - 0.5;
+    let row = floor(at.y);
+    let own = along_row(row, at.x);
+    // The row lies up to a sample lower.
+    let is_below = own.z > at.y;
+    let other = along_row(select(row + 1.0, row - 1.0, is_below), at.x);
+    let upper = select(own, other, is_below);
+    let lower = select(other, own, is_below);
+    let share = clamp((at.y - upper.z) / max(lower.z - upper.z, 1e-3), 0.0, 1.0);
+    return SamplesAround(select(row, row - 1.0, is_below), vec2f(upper.x, lower.x), vec2f(upper.y, lower.y), share);
+}
+
+fn sample_corner(around: SamplesAround, i: i32) -> vec2i {
+    let is_lower = i >= 2;
+    let column = select(around.columns.x, around.columns.y, is_lower) + f32(i & 1);
+    let row = around.row + select(0.0, 1.0, is_lower);
+    return clamp_to_image(vec2i(vec2f(column, row)), textureDimensions(sample_depths));
+}
+
+fn sample_weight(around: SamplesAround, i: i32) -> f32 {
+    let is_lower = i >= 2;
+    let right = select(around.right.x, around.right.y, is_lower);
+    return select(1.0 - right, right, (i & 1) != 0) * select(1.0 - around.lower, around.lower, is_lower);
 }
 
 /// Whether both are s of one surface.

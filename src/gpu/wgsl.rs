@@ -45,6 +45,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/sheet_rays"),
     shader!("lib/splat"),
     shader!("lib/sprites"),
+    shader!("lib/staggered"),
     shader!("lib/subimages"),
     shader!("lib/thresholds"),
     shader!("lib/tile_lists"),

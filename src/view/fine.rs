@@ -40,6 +40,20 @@ impl FineDrawing {
     pub fn of(gpu: &Gpu) -> Self {
         if gpu.is_software() { Self::Interleaved } else { Self::AtOnce }
     }
+
+    /// Whether samples of the first layer are staggered: a draw at once has a regular grid.
+    pub(super) fn staggers(self) -> bool {
+        self == Self::Interleaved
+    }
+}
+
+/// How far samples lie to the right of and below their places in a regular grid of `a_side` a pixel,
+/// samples, by their row and column: `stagger_of` in `shaders/lib/staggered.wgsl`. An edge along a row
+/// or column is then known to a sample's share of a pixel, not to a row's: to 1/16 px with 4x4 samples.
+/// Chiu, Shirley and Wang, "Multi-jittered sampling", Graphics Gems IV (1994).
+fn stagger(part: UVec2, a_side: u32) -> DVec2 {
+    let of = |line: u32| f64::from(if line % 2 == 0 { line / 2 } else { a_side - 1 - line / 2 }) / f64::from(a_side);
+    DVec2::new(of(part.y), of(part.x))
 }
 
 impl View {
@@ -53,12 +67,34 @@ impl View {
         texels_a_side: u32,
         surfaces: LayerQuery<'_>,
     ) -> Result<Layer, ViewError> {
+        self.draw_fine(frame, label, texels_a_side, surfaces, false)
+    }
+
+    /// The nearest surfaces at `a_side` samples a pixel on each side, staggered where the way of
+    /// drawing can: see [`fine_layer`](Self::fine_layer).
+    pub(super) fn fine_samples(&mut self, frame: &mut Frame<'_>, a_side: u32) -> Result<Layer, ViewError> {
+        self.draw_fine(frame, "samples", a_side, LayerQuery::NEAREST, true)
+    }
+
+    /// How fine layers are drawn.
+    pub(super) fn fine_drawing(&self, gpu: &Gpu) -> FineDrawing {
+        self.fine_drawing.unwrap_or(FineDrawing::of(gpu))
+    }
+
+    fn draw_fine(
+        &mut self,
+        frame: &mut Frame<'_>,
+        label: &str,
+        texels_a_side: u32,
+        surfaces: LayerQuery<'_>,
+        staggered: bool,
+    ) -> Result<Layer, ViewError> {
         if texels_a_side == 1 && surfaces.is_nearest() {
             return Ok(self.pinhole(frame));
         }
         let Projection { size, overscan_px, .. } = self.projection;
         check_size(frame.gpu(), size * texels_a_side, overscan_px * texels_a_side)?;
-        match self.fine_drawing.unwrap_or(FineDrawing::of(frame.gpu())) {
+        match self.fine_drawing(frame.gpu()) {
             FineDrawing::AtOnce => {
                 // Of the texels of a pixel the first has its centre at the pixel's.
                 let shift_px = DVec2::splat(0.5 - 0.5 / f64::from(texels_a_side));
@@ -69,7 +105,9 @@ impl View {
                 let layer = empty(frame, self.projection.outer_size() * texels_a_side);
                 for index in 0..texels_a_side * texels_a_side {
                     let part = UVec2::new(index % texels_a_side, index / texels_a_side);
-                    let drawn = self.fine_part(frame, label, texels_a_side, part, surfaces)?;
+                    let off = if staggered { stagger(part, texels_a_side) } else { DVec2::ZERO };
+                    let shift_px = (part.as_dvec2() + off) / f64::from(texels_a_side);
+                    let drawn = self.fine_part(frame, label, (texels_a_side, part), shift_px, surfaces)?;
                     interleave(frame, &drawn, &layer, part);
                 }
                 Ok(layer)
@@ -77,19 +115,18 @@ impl View {
         }
     }
 
-    /// One texel of each pixel.
+    /// One texel of each pixel, `shift_px` to the right of and below its centre.
     fn fine_part(
         &mut self,
         frame: &mut Frame<'_>,
         label: &str,
-        texels_a_side: u32,
-        part: UVec2,
+        (texels_a_side, part): (u32, UVec2),
+        shift_px: DVec2,
         surfaces: LayerQuery<'_>,
     ) -> Result<Layer, ViewError> {
         if surfaces.is_nearest() && part == UVec2::ZERO {
             return Ok(self.pinhole(frame));
         }
-        let shift_px = part.as_dvec2() / f64::from(texels_a_side);
         let shot = Shot { below_texels: texels_a_side, below_part: part, ..self.moved_shot(surfaces, shift_px) };
         Ok(self.scene_source()?.draw(frame, label, &shot))
     }

@@ -30,6 +30,9 @@ pub struct Peeled {
     pub samples: Layer,
     /// Samples a pixel on each side.
     pub samples_a_side: u32,
+    /// Whether each sample of a pixel has a column and a row of its own (`shaders/lib/staggered.wgsl`);
+    /// else they lie in a regular grid.
+    pub staggered: bool,
     /// What is far brighter than white in the first layer; left out of its mean.
     pub lights: Option<Lights>,
     order: PeelOrder,
@@ -149,7 +152,8 @@ impl View {
         let color = gpu.texture_of("layer colours", key);
         let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
         let depth = gpu.texture_of("layer depths", key);
-        let Sampled { mean, depth: first_depth, samples: all_samples, lights } = self.sampled(frame, &samples)?;
+        let Sampled { mean, depth: first_depth, samples: all_samples, staggered, lights } =
+            self.sampled(frame, &samples)?;
         let mut nearer = Layer { color: mean, depth: first_depth };
         let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
@@ -179,8 +183,9 @@ impl View {
         }
         reduce(frame, &color, outer);
         let samples_a_side = fineness * draws;
+        let samples = all_samples;
         let peeled =
-            Peeled { color, depth, layers: count, fineness, samples: all_samples, samples_a_side, lights, order };
+            Peeled { color, depth, layers: count, fineness, samples, samples_a_side, staggered, lights, order };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
     }

@@ -4,7 +4,7 @@
 //! metal, a light bulb a pixel wide that decides how bright a disc of a thousand pixels is.
 //! So the nearest surfaces are drawn finer than the layers: once while the view stays.
 
-use super::{Layer, LayerQuery, View, ViewError};
+use super::{Layer, View, ViewError};
 use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::{shader, uniform};
 
@@ -27,7 +27,8 @@ uniform! {
         same_z: f32,
         limited: u32,
         size: [u32; 2],
-        _pad: [u32; 2],
+        staggered: u32,
+        _pad: u32,
     }
 }
 
@@ -48,6 +49,8 @@ pub(super) struct Sampled {
     pub depth: Texture,
     /// All samples.
     pub samples: Layer,
+    /// Whether they are staggered (`shaders/lib/staggered.wgsl`).
+    pub staggered: bool,
     pub lights: Option<Lights>,
 }
 
@@ -68,7 +71,8 @@ impl View {
     pub(super) fn sampled(&mut self, frame: &mut Frame<'_>, order: &Samples) -> Result<Sampled, ViewError> {
         let size = self.projection.outer_size();
         let samples_a_side = order.fineness * order.draws;
-        let samples = self.fine_layer(frame, "samples", samples_a_side, LayerQuery::NEAREST)?;
+        let staggered = self.fine_drawing(frame.gpu()).staggers();
+        let samples = self.fine_samples(frame, samples_a_side)?;
         let lights = (order.lights && self.brightest(frame) > HIGHLIGHT_LIMIT).then(|| Lights {
             buffer: frame.gpu().scratch("lights", LIGHT_BYTES * u64::from(size.x) * u64::from(size.y)),
             sample_px: 1.0 / samples_a_side as f32,
@@ -79,6 +83,7 @@ impl View {
             same_z: order.same_z,
             limited: lights.is_some().into(),
             size: size.to_array(),
+            staggered: staggered.into(),
             ..Default::default()
         };
         let texels = size * order.fineness;
@@ -101,6 +106,6 @@ impl View {
                 .buffer("lights", &lights.buffer)
                 .dispatch(size);
         }
-        Ok(Sampled { mean, depth, samples, lights })
+        Ok(Sampled { mean, depth, samples, staggered, lights })
     }
 }

@@ -58,6 +58,10 @@ const MAX_REFINE: u32 = 4;
 /// steps of an 8-bit display. It is estimated from the difference of two halves of the rays.
 const NOISE_LIMIT: f32 = 2.0 / 255.0;
 
+/// The same of an image, whose pixels have one sample each: a ray takes a fourth of the steps near focus,
+/// where no filter hides noise, and four times the rays halve it.
+const IMAGE_NOISE_LIMIT: f32 = NOISE_LIMIT / 2.0;
+
 /// Frames submitted at once.
 const FRAMES_A_FLUSH: u32 = 16;
 
@@ -132,6 +136,8 @@ uniform! {
         most_points: u32,
         noise_limit: f32,
         is_image: u32,
+        staggered: u32,
+        _pad: u32,
     }
 }
 
@@ -367,8 +373,10 @@ impl Adaptive {
             lens: view.lens_uniform(lens),
             samples_a_side: peeled.samples_a_side,
             most_points: self.refine * (8 << self.points),
-            noise_limit: NOISE_LIMIT,
+            noise_limit: if view.is_scene() { NOISE_LIMIT } else { IMAGE_NOISE_LIMIT },
             is_image: (!view.is_scene()).into(),
+            staggered: peeled.staggered.into(),
+            _pad: 0,
         }
     }
 }
