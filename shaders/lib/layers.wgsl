@@ -58,6 +58,8 @@ struct Adaptive {
     is_image: u32,
     /// 1: samples are staggered (`stagger_of`); 0: they lie in a regular grid.
     staggered: u32,
+    /// 1: the lens is a disc.
+    is_disc: u32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;

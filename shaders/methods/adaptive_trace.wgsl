@@ -247,6 +247,33 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     return Hit(k, there[k], place_on_ray(p, v, there[k]), 1u);
 }
 
+/// Radius of a disc, px, that reaches no farther than a pixel's neighbours.
+const NEIGHBOUR_REACH_PX = 1.5;
+
+/// What all rays together meet where the pixels of an image, squares, have about the CoC radius
+/// `own` and a disc reaches no farther than the neighbours: the squares, each by its part of the disc.
+fn mean_of_squares(p: vec2f, own: f32) -> vec3f {
+    let r = max(abs(own) * adaptive.lens_radius, 1e-3);
+    let inner = circle_before(r, vec2f(0.5));
+    // By symmetry there are three parts: of the pixel itself, of one beside it, of one at its corner.
+    let left = circle_before(r, vec2f(-0.5, 0.5));
+    let corner = max(circle_before(r, vec2f(-0.5)), 0.0);
+    let itself = inner - 2.0 * left + corner;
+    let beside = max(left - corner, 0.0);
+    // What lies in front of this is in focus: `meet`.
+    let nearest = own - 1.0 - 0.5 * abs(own);
+    var sum = vec4f(0.0);
+    for (var i = 0u; i < 9u; i++) {
+        let offset = vec2f(vec2u(i % 3u, i / 3u)) - 1.0;
+        let sides = abs(offset.x) + abs(offset.y);
+        let part = select(select(corner, beside, sides < 1.5), itself, sides < 0.5);
+        let texel = sample_at(p + offset);
+        let weight = select(0.0, part, sample_s(texel) >= nearest);
+        sum += weight * vec4f(textureLoad(sample_colors, texel, 0).rgb, 1.0);
+    }
+    return select(pinhole_color(p), sum.rgb / max(sum.a, 1e-9), sum.a > 0.0);
+}
+
 /// Surfaces of about one CoC, in front of which only what is in focus may lie: no march.
 @compute @workgroup_size(8, 8)
 fn trace_uniform(
@@ -260,6 +287,14 @@ fn trace_uniform(
     }
     let p = vec2f(pixel + adaptive.overscan) + 0.5;
     let own = radii_at(p).x;
+    if adaptive.is_image != 0u && adaptive.is_disc != 0u && abs(own) * adaptive.lens_radius <= NEIGHBOUR_REACH_PX {
+        sums[bucket_of(own)] = vec4f(mean_of_squares(p, own), 1.0);
+        store_sums(pixel, 1.0);
+        if adaptive.diagnose != 0u {
+            textureStore(counts, pixel, vec4f(1.0, 9.0, 0.0, 0.0));
+        }
+        return;
+    }
     var hits = 0.0;
     var layers_hit = 0.0;
     for (var i = 0u; i < adaptive.points; i++) {

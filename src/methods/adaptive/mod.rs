@@ -32,6 +32,7 @@ mod views;
 
 use super::sheet_rays::SheetRays;
 use super::{About, AccumulationRun, Apertures, Converging, Meaning, Method, MethodError, Param, pinhole};
+use crate::aperture::Aperture;
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
@@ -137,7 +138,7 @@ uniform! {
         noise_limit: f32,
         is_image: u32,
         staggered: u32,
-        _pad: u32,
+        is_disc: u32,
     }
 }
 
@@ -376,7 +377,7 @@ impl Adaptive {
             noise_limit: if view.is_scene() { NOISE_LIMIT } else { IMAGE_NOISE_LIMIT },
             is_image: (!view.is_scene()).into(),
             staggered: peeled.staggered.into(),
-            _pad: 0,
+            is_disc: (lens.aperture == Aperture::Disc).into(),
         }
     }
 }

@@ -1,6 +1,6 @@
 //! What must hold whatever the input: each check names the first pixel that breaks it.
 
-use super::specimen::{STEP_PX, Specimen, as_stored, mirrored, render};
+use super::specimen::{STEP_PX, Specimen, as_stored, mirrored, render, width_per_coc};
 use defocus::gpu::{Gpu, Precision};
 use defocus::image::{ColorImage, Image};
 use defocus::methods::{IN_FOCUS_COC_PX, LinearFilter, Method, MethodError};
@@ -254,9 +254,8 @@ fn mirror(subject: &mut Subject<'_>) -> Finding {
     let [nearest_px, farthest_px] = subject.coc_bounds_px();
     let Some(view) = &mut subject.specimen.mirrored else { return Ok(None) };
     let lens = &subject.specimen.lens;
-    if subject.method.about().samples_lens
-        && nearest_px.abs().max(farthest_px) > 0.5 * f64::from(view.size().min_element())
-    {
+    let widest_px = width_per_coc(lens) * nearest_px.abs().max(farthest_px);
+    if subject.method.about().samples_lens && widest_px > 0.5 * f64::from(view.size().min_element()) {
         // Most rays leave the image: what the few others meet is chance.
         return Ok(None);
     }

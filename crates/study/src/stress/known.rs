@@ -2,7 +2,7 @@
 //! fail once they no longer happen.
 
 use super::cases::{Combination, random_case};
-use super::specimen::{ImageCase, Specimen};
+use super::specimen::{ImageCase, Specimen, width_per_coc};
 use glam::uvec2;
 
 /// A limit of a method as it was published, or of its input.
@@ -70,12 +70,13 @@ fn has_edges(specimen: &Specimen) -> bool {
     const EDGE_PX: f64 = 1.0;
     let Some(pixels) = &specimen.pixels else { return true };
     let size = pixels.depth_m.size;
-    let coc_px = |x: u32, y: u32| specimen.lens.coc_diameter_px(f64::from(pixels.depth_m.at(x, y)));
+    let width_per_coc = width_per_coc(&specimen.lens);
+    let width_px = |x: u32, y: u32| width_per_coc * specimen.lens.coc_diameter_px(f64::from(pixels.depth_m.at(x, y)));
     let differ = |a: f64, b: f64| (a - b).abs() > EDGE_PX;
     (0..size.y).any(|y| {
         (0..size.x).any(|x| {
-            let here = coc_px(x, y);
-            x + 1 < size.x && differ(here, coc_px(x + 1, y)) || y + 1 < size.y && differ(here, coc_px(x, y + 1))
+            let here = width_px(x, y);
+            x + 1 < size.x && differ(here, width_px(x + 1, y)) || y + 1 < size.y && differ(here, width_px(x, y + 1))
         })
     })
 }

@@ -157,7 +157,7 @@ pub fn render(
 /// Width of a lens's blur spots over their CoC: 1 of a disc, and of the rest that of the
 /// disc of the same standard deviation. Eight of the widest Gaussian: what its CoC changes
 /// by, its edges move by four times on either side.
-fn width_per_coc(lens: &Lens) -> f64 {
+pub(super) fn width_per_coc(lens: &Lens) -> f64 {
     (4.0 * lens.aperture.sigma_per_coc()).max(1.0)
 }
 

@@ -62,7 +62,14 @@ pub fn cards(maker: &mut Maker) {
             _ => behind_px * maker.random.unit(),
         };
         let (radiance, pattern) = (maker.dim_color(), maker.any_pattern(half_px.min_element() * 2.0));
-        maker.add(Patch::upright(middle_px, half_px, coc_px), radiance, pattern);
+        // All edges between pixels, those of a pattern's cells too: an image knows nothing finer.
+        let cells = match pattern {
+            Pattern::Checker { cells, .. } => dvec2(cells[0].into(), cells[1].into()),
+            Pattern::Plain | Pattern::Gradient { .. } => dvec2(1.0, 1.0),
+        };
+        let low_px = (middle_px - half_px).floor();
+        let side_px = (2.0 * half_px / cells).floor().max(dvec2(1.0, 1.0)) * cells;
+        maker.add(Patch::between(low_px, low_px + side_px, coc_px), radiance, pattern);
     }
 }
 
