@@ -67,7 +67,7 @@ fn color_of(read: DVec4, fallback: DVec3) -> DVec3 {
 
 impl<'a> Mirror<'a> {
     pub fn new(color: &'a ColorImage, depth: &'a DepthImage, lens: &Lens, params: &Mipmap, levels: u32) -> Self {
-        let coarsest = 1 << levels;
+        let coarsest = 2 << levels;
         let padded = uvec2(color.size.x.next_multiple_of(coarsest), color.size.y.next_multiple_of(coarsest));
         let mut mirror = Self {
             color,

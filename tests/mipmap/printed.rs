@@ -27,7 +27,7 @@ struct Texel {
 
 impl<'a> Mirror<'a> {
     pub fn new(color: &'a ColorImage, depth: &'a DepthImage, lens: &Lens, params: &Mipmap, levels: u32) -> Self {
-        let coarsest = 1 << levels;
+        let coarsest = 2 << levels;
         let padded = uvec2(color.size.x.next_multiple_of(coarsest), color.size.y.next_multiple_of(coarsest));
         let padding = (padded - color.size) / 2;
         let mut mirror =

@@ -28,8 +28,9 @@ const TILE_PX: u32 = 8;
 /// Workgroups along x at most: `MAX_GROUPS` in `shaders/lib/mipmap_atlas.wgsl`.
 const MAX_GROUPS: u32 = 65535;
 
-/// The pyramids' frame: the image, padded to whole texels of the coarsest level and
-/// centred in it, so that a mirrored image has the mirrored pyramid.
+/// The pyramids' frame: the image, padded to an even number of texels of the coarsest level and
+/// centred in it. A mirrored image has the mirrored pyramid, and the texels of a level lie alike however
+/// many levels there are: the image's centre is a border of texels on all of them.
 pub(super) struct PyramidGrid {
     /// Number of levels, from the paper's level 1 on.
     pub(super) levels: u32,
@@ -41,8 +42,7 @@ pub(super) struct PyramidGrid {
 
 impl PyramidGrid {
     fn new(image: UVec2, levels: u32) -> Self {
-        let coarsest = 1u32 << levels;
-        let padded = UVec2::new(image.x.next_multiple_of(coarsest), image.y.next_multiple_of(coarsest));
+        let padded = image.map(|side| side.next_multiple_of(2 << levels));
         Self { levels, size: padded / 2, padding: (padded - image) / 2 }
     }
 

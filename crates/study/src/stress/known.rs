@@ -35,6 +35,9 @@ const SINGLE_EMITTERS: &str = "what is brighter than 2 is brought by emitters, e
 const FEW_RAYS: &str = "few rays a pixel, each of which takes part whole: one that steps over an edge shows more of \
     the contrast than the focus step explains";
 
+const FEW_INSIDE: &str = "rays through a blur wider than half of the image mostly leave it: the few that do not decide, \
+    and one that steps over an edge counts as many";
+
 const TAPS: &str = "taps that weigh by the depth of one pixel: one that steps over an edge of the depth weighs another \
     amount at once, as published";
 
@@ -81,6 +84,15 @@ fn has_edges(specimen: &Specimen) -> bool {
     })
 }
 
+/// The same where a blur is wider than half of the image besides.
+fn has_edges_beside_vast_blur(specimen: &Specimen) -> bool {
+    let Some(pixels) = &specimen.pixels else { return true };
+    let half_px = 0.5 * f64::from(pixels.depth_m.size.min_element());
+    let width_px =
+        |depth_m: f32| width_per_coc(&specimen.lens) * specimen.lens.coc_diameter_px(f64::from(depth_m)).abs();
+    has_edges(specimen) && pixels.depth_m.pixels.iter().any(|&depth_m| width_px(depth_m) > half_px)
+}
+
 /// Above the radiance at which `adaptive` makes emitters.
 fn is_bright(specimen: &Specimen) -> bool {
     specimen.pixels.as_ref().is_some_and(|pixels| pixels.range()[1].max_element() > 2.0)
@@ -118,6 +130,10 @@ fn tapped_edges() -> Vec<ImageCase> {
         Combination::named("strong blur", "depths that are none", "detail", uvec2(24, 16)).case(),
         Combination::named("slight blur", "noise over all depths", "1e-7 and 1", uvec2(16, 16)).case(),
     ]
+}
+
+fn vast_blur() -> Vec<ImageCase> {
+    vec![random_case(9, 2001), random_case(19, 2001)]
 }
 
 fn noisy_taps() -> Vec<ImageCase> {
@@ -166,6 +182,13 @@ pub const KNOWN_LIMITS: &[KnownLimit] = &[
     },
     KnownLimit { method: "splat", check: "continuity", applies: has_edges, witnesses: layered_images, reason: LAYERS },
     KnownLimit { method: "preblur", check: "continuity", applies: has_edges, witnesses: tapped_edges, reason: TAPS },
+    KnownLimit {
+        method: "multiview",
+        check: "continuity",
+        applies: has_edges_beside_vast_blur,
+        witnesses: vast_blur,
+        reason: FEW_INSIDE,
+    },
     KnownLimit { method: "opaque", check: "range", applies: is_dark, witnesses: dark_edges, reason: DARK },
     KnownLimit { method: "mipmap", check: "range", applies: is_dark, witnesses: dark_holes, reason: DARK },
     KnownLimit { method: "separable", check: "continuity", applies: has_edges, witnesses: noisy_taps, reason: TAPS },
