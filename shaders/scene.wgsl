@@ -328,11 +328,11 @@ fn fs_sheet(in: Sheet, @builtin(front_facing) front: bool) -> Layer {
     return Layer(vec4f(layer(seen.rgb, 0.0).color.rgb, seen.a), in.clip.z);
 }
 
-// ---- surfaces unshaded, for a method that shades them from many eyes ----
+// ---- surfaces with what they are made of, for a method that looks from many eyes ----
 
 struct Attributes {
-    /// What is emitted whatever the eye; alpha 1 where the layer has a surface.
-    @location(0) emitted: vec4f,
+    /// As `Layer::color`: what the lens's centre sees.
+    @location(0) color: vec4f,
     @location(1) z: f32,
     /// Base colour, roughness.
     @location(2) base_roughness: vec4f,
@@ -349,15 +349,17 @@ fn unshaded(color: vec3f, z: f32) -> Attributes {
 fn fs_attributes(in: Surface, @builtin(front_facing) front: bool) -> Attributes {
     let base = base_color(in);
     var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
+    var color = base.rgb;
     if !UNLIT {
         point = surface_point(in, front, base);
+        color = lit(point);
     }
     if base.a < material.alpha_cutoff || !in_layer(in.clip) {
         discard;
     }
-    let emitted = layer(point.emitted, in.clip.z).color;
+    let seen = layer(color, in.clip.z).color;
     let base_roughness = vec4f(point.base_color, point.roughness);
-    return Attributes(emitted, in.clip.z, base_roughness, vec4f(point.normal, point.metallic));
+    return Attributes(seen, in.clip.z, base_roughness, vec4f(point.normal, point.metallic));
 }
 
 // ---- what is seen where nothing is: the environment, at infinity ----
@@ -510,11 +512,13 @@ fn fs_slab_surfaces(in: Surface, @builtin(front_facing) front: bool) {
     if any_of_quad(found != 0u) {
         let base = base_color(in);
         var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
+        var color = base.rgb;
         if !UNLIT {
             point = surface_point(in, front, base);
+            color = lit(point);
         }
         if base.a >= material.alpha_cutoff {
-            store_color(in.clip, found, point.emitted);
+            store_color(in.clip, found, color);
             var left = found;
             while left != 0u {
                 let slab = slabs.first + firstTrailingBit(left);

@@ -41,7 +41,7 @@ struct Params {
     /// Lambda: diameter of a ray's cone over C; 0 for a ray without width.
     cone_per_coc: f32,
     culling: u32,
-    /// 1: slabs hold what surfaces are made of, and rays shade them.
+    /// 1: slabs hold what surfaces are made of, and rays shade by their lens points.
     shading: u32,
     /// Where the optical axis meets the image in the arrays, px.
     axis: vec2f,
@@ -195,6 +195,12 @@ fn over_cone(array: texture_2d_array<f32>, p: vec2f, slab: u32, c: f32) -> vec4f
 }
 
 /// Radiance times coverage, and coverage, of the slab where the ray is at c.
+///
+/// With shading by the lens point, the slab's own radiance, which its mipmap filters over the
+/// cone, is kept, and what is shaded per ray is only by how much the lens point sees another
+/// radiance than the lens's centre: rays that shade all of it show as noise what the mipmap
+/// has filtered. Both of that difference are shaded as rough as the normals over the cone are
+/// spread: a reflection that is narrower falls between the rays.
 fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
     let place = at(ray, c);
     if !in_frame(place) {
@@ -213,14 +219,28 @@ fn seen(ray: Ray, slab: u32, c: f32) -> vec4f {
     let base = over_cone(slab_base, p, slab, c) / part.a;
     let depth_m = params.near_m / max((lens.k_px - c) / lens.slope_px, 1e-9);
     let position = vec3f((p - params.axis) * vec2f(1.0, -1.0) / params.focal_px, -1.0) * depth_m;
-    let normal_here = normal.xyz * inverseSqrt(length2);
-    let point = SurfacePoint(position, normal_here, base.rgb, normal.a, base.a, part.rgb / part.a);
-    let facing_lens = facing(point, vec3f(ray.v * vec2f(1.0, -1.0) * params.lens_radius_m, 0.0));
-    var radiance = point.emitted + from_environment(environment, point, facing_lens);
+    let roughness = rougher(base.a, length2);
+    let point = SurfacePoint(position, normal.xyz * inverseSqrt(length2), base.rgb, normal.a, roughness, vec3f(0.0));
+    let shift = shaded(point, vec3f(ray.v * vec2f(1.0, -1.0) * params.lens_radius_m, 0.0)) - shaded(point, vec3f(0.0));
+    return vec4f(part.rgb + shift * part.a, part.a);
+}
+
+/// Roughness of a surface over a footprint, from the squared length of its mean normal: for
+/// small angles 1 minus that length is the variance of the normals per axis, and the square of
+/// GGX's alpha is twice the variance of slopes (after Toksvig, "Mipmapping normal maps", 2005).
+fn rougher(roughness: f32, length2: f32) -> f32 {
+    let alpha = roughness * roughness;
+    return sqrt(sqrt(alpha * alpha + 2.0 * (1.0 - sqrt(min(length2, 1.0)))));
+}
+
+/// What the point shows an eye.
+fn shaded(point: SurfacePoint, eye: vec3f) -> vec3f {
+    let seen = facing(point, eye);
+    var radiance = from_environment(environment, point, seen);
     for (var i = 0u; i < environment.light_count; i++) {
-        radiance += from_light(lights[i], point, facing_lens);
+        radiance += from_light(lights[i], point, seen);
     }
-    return vec4f(radiance * part.a, part.a);
+    return radiance;
 }
 
 /// What the ray crosses of sheets up to CoC radius s, times what of it had come so far.
@@ -331,7 +351,7 @@ fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
     }
     // Rays that leave the frame find nothing: the others stand for them. Where all leave
     // it, the pinhole image is the best guess.
-    var color = sum.rgb / max(sum.a, 1e-6);
+    var color = max(sum.rgb, vec3f(0.0)) / max(sum.a, 1e-6);
     if sum.a < 1e-3 {
         color = textureLoad(pinhole, vec2i(pixel - params.frame_low), 0).rgb;
     }

@@ -4,8 +4,8 @@
 // Lee, Eisemann and Seidel, SIGGRAPH Asia 2009, sections 4.2 to 4.4. One array layer for
 // each slab, in a frame padded to whole texels of the coarsest mipmap level:
 //
-//   slab_color   linear radiance times coverage, and coverage (1 or 0 at level 0); the
-//                emission only where rays do the shading
+//   slab_color   linear radiance towards the lens's centre, times coverage, and coverage
+//                (1 or 0 at level 0)
 //   slab_base    base colour and roughness, times coverage
 //   slab_normal  normal and metalness, times coverage
 //   slab_depth   stored depth z = near / d of the surface, EMPTY_Z where there is none

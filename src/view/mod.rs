@@ -54,13 +54,12 @@ pub struct Layer {
     pub depth: Texture,
 }
 
-/// A layer of surfaces not yet shaded, as images of the outer size; all RGBA16F but
+/// A layer of surfaces with what they are made of, as images of the outer size; all RGBA16F but
 /// `depth`, all 0 where the layer has no surface.
 #[derive(Clone, Debug)]
 pub struct SurfaceLayer {
-    /// Linear radiance that is seen from everywhere (emission, unlit surfaces, the
-    /// background); alpha as in [`Layer::color`].
-    pub emitted: Texture,
+    /// As [`Layer::color`]: what the centre of the lens sees.
+    pub color: Texture,
     /// As [`Layer::depth`].
     pub depth: Texture,
     /// Base colour; alpha is the roughness.

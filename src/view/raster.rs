@@ -125,12 +125,12 @@ impl SceneSource {
     pub(super) fn draw_surfaces(&self, frame: &mut Frame<'_>, label: &str, shot: &Shot<'_>) -> SurfaceLayer {
         let size = shot.projection.outer_size() * shot.texels_a_side;
         let layer = SurfaceLayer {
-            emitted: frame.texture("layer emission", size, COLOR),
+            color: frame.texture("layer colour", size, COLOR),
             depth: frame.texture("layer depth", size, STORED_DEPTH),
             base_roughness: frame.texture("layer base colour", size, COLOR),
             normal_metallic: frame.texture("layer normal", size, COLOR),
         };
-        let targets = [&layer.emitted, &layer.depth, &layer.base_roughness, &layer.normal_metallic];
+        let targets = [&layer.color, &layer.depth, &layer.base_roughness, &layer.normal_metallic];
         self.draw_into(frame, label, shot, LayerKind::Attributes, &targets, None);
         layer
     }

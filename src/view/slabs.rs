@@ -42,7 +42,7 @@ pub struct SlabShot<'a> {
 /// RGBA16F arrays with a layer for each slab; level 0 is written where there is a surface.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabArrays<'a> {
-    /// Radiance (emission, with `surfaces`) and 1.
+    /// Radiance towards the lens's centre, and 1.
     pub color: &'a Texture,
     /// Base colour and roughness; normal and metalness.
     pub surfaces: Option<[&'a Texture; 2]>,

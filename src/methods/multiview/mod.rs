@@ -60,7 +60,8 @@ pub struct Multiview {
     pub coverage: usize,
     /// Index among the choices of the parameter of this name.
     pub jitter: usize,
-    /// Whether each ray shades what it meets, looking from its lens point.
+    /// Whether each ray adds by how much its lens point sees another radiance than the lens's
+    /// centre.
     pub view_dependent: bool,
     /// Index among the choices of the parameter of this name.
     pub drawing: usize,
@@ -238,7 +239,7 @@ impl Method for Multiview {
                 "view_dependent",
                 "View-dependent shading",
                 &mut self.view_dependent,
-                "Shade for each ray from its lens point, so that reflections shift; otherwise a surface emits what the pinhole image shows.",
+                "Shade for each ray from its lens point, section 5, so that reflections shift; otherwise a surface emits what the pinhole image shows. What the pinhole image shows stays filtered by the cones; rays add what differs from it.",
             ),
             Param::choice(
                 "drawing",

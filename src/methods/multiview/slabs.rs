@@ -44,9 +44,9 @@ pub(super) struct Slabs {
     key: SlabsKey,
     /// Ranges of the slabs that may hold something: those that are in the arrays.
     pub ranges: Arc<[SlabRange]>,
-    /// RGBA16F: radiance (emission, with `surfaces`) times coverage, coverage; with mipmaps.
+    /// RGBA16F: radiance towards the lens's centre times coverage, coverage; with mipmaps.
     pub color: Texture,
-    /// What rays shade, where they do.
+    /// What surfaces are made of, where rays shade by their lens points.
     pub surfaces: Option<Surfaces>,
     /// R32F: stored depth, -1 where there is nothing.
     pub depth: Texture,
@@ -238,7 +238,7 @@ impl Slabs {
                     .level("slab_base", &arrays.base, 0)
                     .level("slab_normal", &arrays.normal, 0)
                     .dispatch(arrays.base.size());
-                Layer { color: layer.emitted, depth: layer.depth }
+                Layer { color: layer.color, depth: layer.depth }
             }
         };
         frame.expose(label, &layer.color);
