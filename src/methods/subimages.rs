@@ -66,6 +66,9 @@ pub(super) fn texel_px(name: &str) -> Option<u32> {
 /// sub-images (25) for one word of bits.
 const MAX_LEVEL: i32 = 12;
 
+/// As many sub-images as there can be: |i| from 0 to [`MAX_LEVEL`], on either side.
+const MOST_SUB_IMAGES: u32 = 2 * MAX_LEVEL as u32 + 1;
+
 /// `MAX_SUB_IMAGES` in the shader.
 const MAX_SUB_IMAGES: usize = 32;
 
@@ -89,11 +92,18 @@ pub struct Spacing {
     pub first_radius_px: f32,
     /// r_(n+1) / r_n (equation (1): 2).
     pub growth: f32,
+    /// Most sub-images, 2 to [`MOST_SUB_IMAGES`]: those with the widest blur are left out first.
+    pub most: u32,
 }
 
 impl Default for Spacing {
     fn default() -> Self {
-        Self { calibration: SpacingCalibration::Measured as usize, first_radius_px: 1.7, growth: 2.0 }
+        Self {
+            calibration: SpacingCalibration::Measured as usize,
+            first_radius_px: 1.7,
+            growth: 2.0,
+            most: MOST_SUB_IMAGES,
+        }
     }
 }
 
@@ -150,6 +160,14 @@ impl Spacing {
                 (1.25, 4.0),
                 "r_(n+1) / r_n, equation (1), for the calibration \"paper\".",
             ),
+            Param::int(
+                "sub_images",
+                "Most sub-images",
+                "",
+                &mut self.most,
+                (2, MOST_SUB_IMAGES),
+                "No more sub-images than this, the least blurred ones: what would need a wider blur gets that of the last. 25: as many as the CoCs in view ask for.",
+            ),
         ]
     }
 
@@ -183,7 +201,19 @@ impl Spacing {
         let all = || (-most..=most).filter(|i| self.exists(lens, *i));
         let front = all().rev().find(|i| self.coc_px(lens, *i) <= low).unwrap_or(-most);
         let back = all().find(|i| self.coc_px(lens, *i) >= high).or_else(|| all().next_back()).unwrap_or(most);
-        (front.min(back), back)
+        self.capped(front.min(back), back)
+    }
+
+    /// The same without the most blurred ones that are too many.
+    fn capped(&self, mut front: i32, mut back: i32) -> (i32, i32) {
+        while back - front >= self.most as i32 {
+            if back.abs() >= front.abs() {
+                back -= 1;
+            } else {
+                front += 1;
+            }
+        }
+        (front, back)
     }
 
     /// The variable in which weights are linear, at sub-image `i`: `ramp_variable` in the

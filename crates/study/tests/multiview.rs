@@ -343,9 +343,9 @@ fn shading_by_the_lens_point_is_nearer_the_truth_in_both_measures() {
             compare(&picture, &reference, &CompareOptions::default()).unwrap()
         });
         let gain_db = following.psnr_db.unwrap() - fixed.psnr_db.unwrap();
-        let gain_ssim = following.ssim - fixed.ssim;
+        let gain_ssim = following.ssim.unwrap() - fixed.ssim.unwrap();
         eprintln!(
-            "K = {k_px} px: {:?} dB, SSIM {:.4}; {gain_db:+.2} dB, {gain_ssim:+.4}",
+            "K = {k_px} px: {:?} dB, SSIM {:?}; {gain_db:+.2} dB, {gain_ssim:+.4}",
             following.psnr_db, following.ssim
         );
         assert!(
