@@ -26,6 +26,10 @@ struct View {
     below_texels: u32,
     /// Number of the lens point that is looked from: which part of a sheet covers.
     lens_point: u32,
+    /// What becomes of colours before anything is blurred (src/view/tone.rs): 0 nothing, 1 they
+    /// are cut at `tone_scale`, 2 Reinhard's curve over `tone_scale` times their luminance.
+    tone: u32,
+    tone_scale: f32,
 }
 
 struct Material {
@@ -219,8 +223,19 @@ fn lit(point: SurfacePoint) -> vec3f {
     return sum;
 }
 
+fn toned(color: vec3f) -> vec3f {
+    if view.tone == 1u {
+        return min(color, vec3f(view.tone_scale));
+    }
+    if view.tone == 2u {
+        let scaled = view.tone_scale * color;
+        return min(scaled / (1.0 + max(luminance(scaled), 0.0)), vec3f(1.0));
+    }
+    return color;
+}
+
 fn layer(color: vec3f, z: f32) -> Layer {
-    return Layer(vec4f(clamp(color, vec3f(0.0), vec3f(MAX_F16)), 1.0), z);
+    return Layer(vec4f(clamp(toned(color), vec3f(0.0), vec3f(MAX_F16)), 1.0), z);
 }
 
 /// What the layer lies below at a pixel: a stored depth.

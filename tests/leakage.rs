@@ -86,15 +86,49 @@ fn subjects() -> Vec<(String, Box<dyn Method>)> {
     subjects
 }
 
-/// Whether a method, or its source, claims that nothing leaks: `mipmap` by weighing what each
-/// pixel has a part in, `separable` by refusing what is sharp and nearer, `splat` and `scatter`
-/// by spreading what is blurred alone.
-fn claims_no_leakage(name: &str) -> bool {
-    ["mipmap", "separable", "splat", "scatter"].contains(&name)
+/// How much of the other's colour a method may show where a lens shows none, and how far, px,
+/// from where it may be.
+#[derive(Clone, Copy)]
+struct Allowed {
+    amount: f64,
+    reach_px: f64,
+}
+
+const NONE: Allowed = Allowed { amount: SEEN, reach_px: 0.0 };
+
+/// What a method's own construction lets through, with the sharp surface in front and with the
+/// blurred one in front; of all others nothing.
+fn allowed(name: &str, coc_px: f32) -> [Allowed; 2] {
+    let c = f64::from(coc_px);
+    match name {
+        // Scheuermann 2004 gathers from a copy of a quarter of the size, whose texels are 4 px and
+        // blurred once more, over a disc of C: it reaches C / 2 and three such texels.
+        "preblur" => {
+            let in_front = Allowed { amount: 0.4, reach_px: 0.5 * c + 12.0 };
+            [in_front, Allowed { amount: 0.15, reach_px: 12.0 }]
+        }
+        // Kraus 2011, Fig. 2: omega_1 is 1 at z_0 as well, so that what is in focus is part of
+        // the first blurred sub-image too, and is laid over what lies behind with the blur of one
+        // level: a 4x4 box and a biquadratic spline of 2 px, which reach 4 px. Half of an edge is
+        // outside of it; the glow of equation (8) makes up to 1 - (1 - 1/2)^2 of that.
+        "pyramid" => [Allowed { amount: 0.5, reach_px: 4.0 }, NONE],
+        "opaque" => [Allowed { amount: 0.75, reach_px: 4.0 }, NONE],
+        // Lee, Eisemann and Seidel 2009, section 4.3: a slab is a height field, solid behind its
+        // surface. Where one slab holds both surfaces (delta is 3 px) a ray that passes under the
+        // nearer one meets its texel: by half the CoC and a texel.
+        "multiview" if coc_px < 3.0 => [Allowed { amount: 0.5, reach_px: 0.5 * c + 1.0 }, NONE],
+        // TVCG 2009, equation (9): delta of 1 px of DoB, which is a CoC of 2 px, is not refused,
+        // nor is half of that around it on a level whose texels hold both.
+        "mipmap, as printed" => {
+            let sharp = if coc_px <= 8.0 { Allowed { amount: 0.25, reach_px: 3.0 } } else { NONE };
+            [sharp, Allowed { amount: 0.02, reach_px: 2.0 }]
+        }
+        _ => [NONE; 2],
+    }
 }
 
 #[test]
-fn no_method_that_claims_so_lets_what_is_sharp_leak() {
+fn no_method_leaks_more_or_farther_than_its_construction_lets_it() {
     let _turn = views::turn();
     let mut broken = Vec::new();
     println!("C = {COCS_PX:?} px: red where a lens shows none, and how far away (px) it is seen");
@@ -102,13 +136,16 @@ fn no_method_that_claims_so_lets_what_is_sharp_leak() {
     for (name, method) in subjects() {
         for shape in SHAPES {
             let orders = [sharp_in_front, blurred_in_front].map(|order| COCS_PX.map(|c| order(&*method, shape, c)));
+            let within =
+                |leak: Leak, allowed: Allowed| leak.amount <= allowed.amount && leak.reach_px <= allowed.reach_px;
+            let all_within = (0..2)
+                .all(|order| (0..COCS_PX.len()).all(|i| within(orders[order][i], allowed(&name, COCS_PX[i])[order])));
             let text = |leaks: &[Leak]| {
                 let cells: Vec<_> = leaks.iter().map(|l| format!("{:.3} {:4.1}", l.amount, l.reach_px)).collect();
                 cells.join(", ")
             };
             println!("{name} | {} | {} | {}", shape.0, text(&orders[0]), text(&orders[1]));
-            let seen = orders.as_flattened().iter().any(|leak| leak.amount > SEEN);
-            if seen && claims_no_leakage(&name) {
+            if !all_within {
                 broken.push(format!("{name}, {}: {} | {}", shape.0, text(&orders[0]), text(&orders[1])));
             }
         }

@@ -37,6 +37,11 @@ struct Params {
     reach: f32,
     /// Standard deviation, px, of the blur by discs, over CoC diameter.
     sigma_px_per_coc: f32,
+    /// 1: as printed, levels are magnified by bilinear reads alone, equation (7).
+    bilinear: u32,
+    /// 1: DoB and DoN are read at 5 points instead of 9.
+    five_points: u32,
+    _unused: vec2u,
     /// Variance per axis, texel^2, of the three discs below.
     disc_variance: vec4f,
     /// Share of each neighbour in a disc of 2, 3 and 3 sqrt(2) texels, by the greater and

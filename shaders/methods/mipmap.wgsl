@@ -126,6 +126,27 @@ fn level_of_dob(sigma: f32) -> f32 {
     return l + clamp((variance - low) / (high - low), 0.0, 1.0);
 }
 
+/// Variance, px^2 per axis, of level l magnified by bilinear reads.
+fn variance_magnified(l: f32) -> f32 {
+    let texel2 = exp2(2.0 * l);
+    return level_variance(texel2) + texel2 * BILINEAR_VARIANCE;
+}
+
+/// As `level_of_dob`, for levels that are magnified by bilinear reads.
+fn magnified_level_of_dob(sigma: f32) -> f32 {
+    if params.measured == 0u {
+        return level_as_printed(sigma);
+    }
+    let variance = pow(params.wanted_per_dob * sigma, 2.0);
+    let first = variance_magnified(1.0);
+    if variance <= first {
+        return variance / first;
+    }
+    let l = max(1.0, floor(0.5 * log2((variance + 0.25) / (0.25 + BILINEAR_VARIANCE))));
+    let low = variance_magnified(l);
+    return l + clamp((variance - low) / (variance_magnified(l + 1.0) - low), 0.0, 1.0);
+}
+
 /// Normalised coordinates in the pyramids of the level-0 position `at`, px.
 fn pyramid_uv(at: vec2f) -> vec2f {
     return (at + vec2f(params.padding)) / (2.0 * vec2f(textureDimensions(blur_pyramid)));
@@ -156,10 +177,19 @@ fn tap(i: u32) -> vec3f {
     return vec3f(shrink * vec2f(x, y), weight);
 }
 
-/// The blur at `level`, read with the circular filter of one texel of that level.
+/// The blur at `level`, read with the circular filter of one texel of that level. Of its nine
+/// points five are those that are not diagonal, twice as heavy but for the one in the middle,
+/// so that the weights are 1/2 there and 1/8 around it.
 fn smooth_blur_at(at: vec2f, level: f32) -> vec3f {
     let radius = exp2(level);
     var sum = vec3f(0.0);
+    if params.five_points != 0u {
+        for (var i = 0u; i < 5u; i++) {
+            let t = tap(select(2u * i - 1u, 4u, i == 0u));
+            sum += select(0.125, 0.5, i == 0u) * blur_at(at + radius * t.xy, level);
+        }
+        return sum;
+    }
     for (var i = 0u; i < 9u; i++) {
         let t = tap(i);
         sum += t.z * blur_at(at + radius * t.xy, level);
@@ -240,6 +270,9 @@ fn interpolate(at: vec2f, sigma: f32) -> vec3f {
         return image_at(at);
     }
     let centre = vec3f(sharp_blur_at(at).x, sigma, 0.0);
+    if params.bilinear != 0u {
+        return magnified(at, min(magnified_level_of_dob(sigma), f32(params.levels)), centre);
+    }
     if level < 1.0 {
         // Below the first level the filter fades in over the sharp image.
         return blend_levels(image_at(at), filtered(at, 0u, 0.0, 1.0, centre), level);
@@ -250,6 +283,21 @@ fn interpolate(at: vec2f, sigma: f32) -> vec3f {
     // variance of the filter.
     let texel2 = exp2(2.0 * f32(l - 1u));
     return filtered(at, l - 1u, beta, sqrt(texel2 * (1.0 + 3.0 * beta)), centre);
+}
+
+/// Equation (7): levels l and l + 1 with l = floor(m), each by one bilinear read.
+fn magnified(at: vec2f, level: f32, centre: vec3f) -> vec3f {
+    let l = u32(level);
+    let fine = accepted_at(at, l, centre);
+    let coarse = accepted_at(at, l + 1u, centre);
+    if fine.a + coarse.a <= 1e-6 {
+        return image_at(at);
+    }
+    if fine.a <= 1e-6 {
+        return coarse.rgb;
+    }
+    let beta = select(0.0, level - f32(l), coarse.a > 0.0);
+    return blend_levels(fine.rgb / fine.a, coarse.rgb, beta);
 }
 
 /// The circular filter; equation (9) holds for what it reads, as the paper's section 4

@@ -21,7 +21,8 @@ struct Gather {
     z_near: f32,
     z_far: f32,
     slab: u32,
-    _unused: u32,
+    /// 1: what the image's border shows goes on beyond it.
+    stretched: u32,
     /// Texels left of and above the image in the arrays.
     padding: vec2i,
 }
@@ -56,6 +57,12 @@ fn texel_of(at: vec2i) -> Texel {
         return Texel(vec4f(finite_or_zero(here.r), finite_or_zero(here.g), finite_or_zero(here.b), 1.0), z);
     }
     return Texel(vec4f(0.0), EMPTY_Z);
+}
+
+/// What the padding beside the image has of the border that goes on there: colour for the
+/// mipmap, which else would cover the border itself in part, and no surface to hit.
+fn padding_of(at: vec2i) -> vec4f {
+    return texel_of(clamp(at, vec2i(0), vec2i(textureDimensions(depth)) - 1)).surface;
 }
 
 fn is_in_image(at: vec2i) -> bool {
@@ -95,6 +102,8 @@ fn gather_slab(@builtin(global_invocation_id) id: vec3u, @builtin(local_invocati
     if is_in_image(at) {
         texel = texel_of(at);
         note_depth(texel.z);
+    } else if gather.stretched != 0u {
+        texel.surface = padding_of(at);
     }
     if all(id.xy < textureDimensions(slab_color)) {
         textureStore(slab_color, id.xy, gather.slab, texel.surface);
@@ -119,6 +128,13 @@ fn gather_hidden(@builtin(global_invocation_id) id: vec3u, @builtin(local_invoca
             note_depth(texel.z);
             textureStore(slab_color, id.xy, gather.slab, texel.surface);
             textureStore(slab_depth, id.xy, gather.slab, vec4f(texel.z, 0.0, 0.0, 0.0));
+        }
+    } else if all(id.xy < textureDimensions(slab_color)) {
+        let border = clamp(at, vec2i(0), vec2i(textureDimensions(depth)) - 1);
+        let visible_z = textureLoad(visible_depth, border, 0).r;
+        let surface = padding_of(at);
+        if surface.a > 0.0 && !(visible_z >= gather.z_far && visible_z <= gather.z_near) {
+            textureStore(slab_color, id.xy, gather.slab, surface);
         }
     }
     note_content(index, gather.slab);

@@ -55,7 +55,7 @@ impl Method for Opaque {
             title: "Opaque image blur",
             paper: "Kraus, Using Opaque Image Blur for Real-Time Depth-of-Field Rendering, GRAPP 2011",
             summary: "Blurs sub-images by depth with pyramids, each with an opacity that only grows, so that nothing hidden is uncovered.",
-            limits: "Silhouettes are too sharp and blurred objects too opaque: nothing shows through their edges. Round apertures only. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
+            limits: "Silhouettes are too sharp and blurred objects too opaque: nothing shows through their edges. What is in focus shows up to 4 px beyond its edge over what is blurred behind it: it is part of the first blurred sub-image too (Fig. 2). Round apertures only. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Round,
             astigmatism: false,
             needs_scene: false,

@@ -51,7 +51,7 @@ impl Method for Pyramid {
             title: "Pyramidal sub-images",
             paper: "Kraus and Strengert, Depth-of-Field Rendering by Pyramidal Image Processing, Eurographics 2007",
             summary: "Blurs sub-images by depth with pyramids, after filling what nearer ones hide from the pixels around.",
-            limits: "What is filled in is smooth. Pixels lie in several sub-images, so that blurred objects are a little too wide and opaque. Round apertures only. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
+            limits: "What is filled in is smooth. Pixels lie in several sub-images, so that blurred objects are a little too wide and opaque, and what is in focus shows up to 4 px beyond its edge over what is blurred behind it (Kraus 2011, Fig. 2). Round apertures only. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Round,
             astigmatism: false,
             needs_scene: false,

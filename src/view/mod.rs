@@ -16,6 +16,7 @@ mod samples;
 mod sheets;
 mod slabs;
 mod summary;
+mod tone;
 mod upload;
 
 pub use fine::FineDrawing;
@@ -26,6 +27,7 @@ pub use pipelines::EnvironmentUniform;
 pub use samples::{HIGHLIGHT_LIMIT, LIGHT_BYTES, Lights, MAX_DRAWS};
 pub use sheets::{MAX_SHEETS, SHEET_LAYERS, Sheets};
 pub use slabs::{MAX_SLABS_AT_ONCE, SlabArrays, SlabShot};
+pub use tone::{Input, Tone, UnknownInput};
 pub use upload::{GpuScene, SurfaceOptions};
 
 use crate::camera::{Camera, Projection};
@@ -155,6 +157,10 @@ pub struct View {
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     fine_drawing: Option<FineDrawing>,
+    /// What becomes of colours before they are blurred.
+    tone: Tone,
+    /// Of a view of an image, its colours as they came, once others are given.
+    linear_image: Option<Texture>,
     /// Sheets are never drawn.
     without_sheets: bool,
     /// This view without sheets.
@@ -239,6 +245,8 @@ impl View {
             depth_m: None,
             repaired: Repaired::Counted(0),
             fine_drawing: None,
+            tone: Tone::Linear,
+            linear_image: None,
             without_sheets: false,
             solid: None,
             peels: None,
@@ -263,8 +271,8 @@ impl View {
             && source.camera != camera
         {
             self.projection = camera.projection(self.projection.size, self.projection.overscan_px);
-            let scene = source.scene.clone();
-            self.source = Source::Scene(Box::new(SceneSource::new(scene, camera)));
+            let source = SceneSource { tone: self.tone, ..SceneSource::new(source.scene.clone(), camera) };
+            self.source = Source::Scene(Box::new(source));
             self.forget();
         }
     }

@@ -23,7 +23,8 @@ uniform! {
         pub below_part: [u32; 2],
         pub below_texels: u32,
         pub lens_point: u32,
-        pub _pad: [u32; 2],
+        pub tone: u32,
+        pub tone_scale: f32,
     }
 }
 

@@ -5,7 +5,7 @@ use super::pipelines::{
     COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, Variant, ViewUniform,
 };
 use super::upload::{DrawItem, GpuScene};
-use super::{Layer, LayerQuery, Shading, SurfaceLayer};
+use super::{Layer, LayerQuery, Shading, SurfaceLayer, Tone};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Buffer, Frame, Resource, Texture};
 use crate::scene::{Environment, LightKind};
@@ -17,6 +17,8 @@ use wgpu::util::RenderEncoder;
 pub(super) struct SceneSource {
     pub scene: Arc<GpuScene>,
     pub camera: Camera,
+    /// What becomes of colours as they are drawn.
+    pub(super) tone: Tone,
     /// Rows that take object space to view space, by instance.
     rows: Vec<Rows>,
     lights: Buffer,
@@ -84,6 +86,7 @@ impl SceneSource {
             rows: view_from_object.iter().map(rows).collect(),
             lights: gpu.buffer_of("lights", if lights.is_empty() { &NO_LIGHT } else { &lights }),
             lens_views: Mutex::default(),
+            tone: Tone::Linear,
             scene,
             camera,
         }
@@ -247,7 +250,10 @@ impl SceneSource {
     }
 
     pub(super) fn uniform(&self, shot: &Shot<'_>) -> ViewUniform {
+        let (tone, tone_scale) = self.tone.uniform();
         ViewUniform {
+            tone,
+            tone_scale,
             clip_from_view: shot.clip_from_view.to_cols_array_2d(),
             environment: self.environment(),
             shading_eye: shot.shading_eye_m.as_vec2().extend(0.0).to_array(),

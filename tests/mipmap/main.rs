@@ -53,7 +53,10 @@ fn variants() -> Vec<(&'static str, Mipmap)> {
         ("as printed, paper's level", Mipmap { calibration: paper, ..printed.clone() }),
         ("as printed, geometric", Mipmap { interpolation: geometric, ..printed.clone() }),
         ("as printed, not smoothed", Mipmap { smoothing: false, ..printed.clone() }),
-        ("as printed, square filter", Mipmap { circular: false, ..printed }),
+        ("as printed, square filter", Mipmap { circular: false, ..printed.clone() }),
+        ("as printed, blur at 5 points", Mipmap { blur_points: 1, ..printed.clone() }),
+        ("as printed, bilinear", Mipmap { bilinear: true, ..printed.clone() }),
+        ("as printed, bilinear, paper's level", Mipmap { bilinear: true, calibration: paper, ..printed }),
     ]
 }
 

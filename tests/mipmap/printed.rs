@@ -139,6 +139,10 @@ impl<'a> Mirror<'a> {
 
     fn smooth_blur_at(&self, at: DVec2, level: f64) -> DVec3 {
         let read = |offset: DVec2| self.blur_at(&self.pyramid, at + level.exp2() * offset, level);
+        if self.params.blur_points == 1 {
+            let around: DVec3 = [DVec2::X, DVec2::NEG_X, DVec2::Y, DVec2::NEG_Y].into_iter().map(read).sum();
+            return 0.5 * read(DVec2::ZERO) + 0.125 * around;
+        }
         self.taps().iter().map(|(offset, weight)| *weight * read(*offset)).sum()
     }
 
@@ -203,12 +207,42 @@ impl<'a> Mirror<'a> {
         if weight > 1e-6 { sum / weight } else { self.image_at(at) }
     }
 
+    fn magnified_level_of_dob(&self, sigma: f64) -> f64 {
+        if self.params.calibration == MipmapCalibration::Paper as usize {
+            return self.level_of_dob(sigma);
+        }
+        // Of level l: all reductions to it, and one bilinear read of its texels.
+        let of_level = |l: f64| 0.25 * (4f64.powf(l) - 1.0) + 4f64.powf(l) / 6.0;
+        let wanted = self.lens.aperture.sigma_per_coc() / f64::from(self.params.sigma_per_coc) * sigma;
+        let variance = wanted * wanted;
+        if variance <= of_level(1.0) {
+            return variance / of_level(1.0);
+        }
+        let l = (1..30).map(f64::from).find(|l| of_level(l + 1.0) > variance).unwrap();
+        l + (variance - of_level(l)) / (of_level(l + 1.0) - of_level(l))
+    }
+
+    fn magnified(&self, at: DVec2, level: f64, centre: DVec3) -> DVec3 {
+        let l = (level.floor() as usize).min(self.pyramid.len());
+        let (fine, fine_weight) = self.accepted_at(at, l, centre);
+        let (coarse, coarse_weight) = self.accepted_at(at, (l + 1).min(self.pyramid.len()), centre);
+        match (fine_weight > 1e-6, coarse_weight > 1e-6) {
+            (false, false) => self.image_at(at),
+            (false, true) => coarse,
+            (true, false) => fine / fine_weight,
+            (true, true) => self.blend_levels(fine / fine_weight, coarse, level - l as f64),
+        }
+    }
+
     fn interpolate(&self, at: DVec2, sigma: f64) -> DVec3 {
         let level = self.level_of_dob(sigma).clamp(0.0, self.pyramid.len() as f64 + 0.999);
         if level <= 3e-4 {
             return self.image_at(at);
         }
         let centre = DVec3::new(self.blur_at(&self.pyramid, at, 0.0).x, sigma, 0.0);
+        if self.params.bilinear {
+            return self.magnified(at, self.magnified_level_of_dob(sigma).min(self.pyramid.len() as f64), centre);
+        }
         if level < 1.0 {
             return self.blend_levels(self.image_at(at), self.filtered(at, 0, 0.0, 1.0, centre), level);
         }

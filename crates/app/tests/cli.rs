@@ -514,3 +514,52 @@ fn a_profile_says_where_the_time_goes() {
     let message = String::from_utf8_lossy(&failed.stderr).into_owned();
     assert!(!failed.status.success() && message.contains("lists, branches"), "{message}");
 }
+
+#[test]
+fn a_camera_is_given_by_focal_length_f_number_and_field_of_view() {
+    let folder = folder();
+    let folder = folder.path();
+    let json = json_of(folder, "render scene.glb --size 64x48 -F 50 --f-number 2 --fov 40 --focus 2 --json -");
+    let lens = &json["lens"];
+    let number = |key: &str| lens[key].as_f64().expect("a number");
+    assert!((number("E") - 25.0).abs() < 1e-9, "E = F/N: {lens}");
+    // 1/F = 1/df + 1/dr.
+    assert!((number("dr") - 50.0 / (1.0 - 50.0 / 2000.0)).abs() < 1e-6, "{lens}");
+    // At infinity the CoC is E / df of the image plane's distance, px.
+    let focal_px = 24.0 / 20f64.to_radians().tan();
+    assert!((number("K_px") - focal_px * 0.025 / 2.0).abs() < 1e-6, "{lens}");
+    for wrong in ["--f-number 2", "-F 50 --f-number 0", "-F 50 --f-number 2 -E 10", "-F 50 --f-number 2 --focus 0.04"] {
+        let output = run(folder, &format!("render scene.glb --size 64x48 {wrong} --json -"));
+        assert!(!output.status.success(), "{wrong}");
+    }
+}
+
+#[test]
+fn methods_are_given_what_the_input_leaves_of_the_light() {
+    let folder = folder();
+    let folder = folder.path();
+    let picture = |input: &str| {
+        let args =
+            format!("render rgbz.exr --method pinhole --input {input} --quiet -o {}.exr", input.replace(':', "-"));
+        stdout(folder, &args);
+        read_color(&folder.join(format!("{}.exr", input.replace(':', "-")))).expect("it was written")
+    };
+    let (all, cut) = (picture("hdr"), picture("clamped:0.25"));
+    assert!(
+        all.pixels
+            .iter()
+            .zip(&cut.pixels)
+            .all(|(all, cut)| (all.min(glam::Vec3::splat(0.25)) - *cut).abs().max_element() < 1e-3)
+    );
+    assert!(cut.pixels.iter().any(|c| c.max_element() > 0.2) && all.pixels.iter().any(|c| c.max_element() > 0.3));
+    let json = json_of(
+        folder,
+        "compare scene.glb --size 32x24 --samples 4 --methods splat --runs 1 --input reinhard:0.72 --json -",
+    );
+    assert!(json["notes"].to_string().contains("input: reinhard:0.72"), "{}", json["notes"]);
+    let output = run(
+        folder,
+        "compare scene.glb --size 32x24 --samples 4 --methods splat --input reinhard --tonemap reinhard --json -",
+    );
+    assert!(!output.status.success(), "tones are mapped once");
+}

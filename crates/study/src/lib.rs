@@ -8,6 +8,7 @@ pub mod cache;
 pub mod compare;
 pub mod curves;
 pub mod devices;
+pub mod flicker;
 pub mod gauntlet;
 pub mod inside;
 pub mod meter;

@@ -30,6 +30,12 @@ pub struct Mipmap {
     /// Whether neighbours are read on a circle or a square (section 3.4, Fig. 4); used by the
     /// filter "as printed".
     pub circular: bool,
+    /// Whether levels are magnified by bilinear reads alone, equation (7); used by the filter
+    /// "as printed".
+    pub bilinear: bool,
+    /// Index among the choices of the parameter of this name: at how many points DoB and DoN are
+    /// read; used by the filter "as printed".
+    pub blur_points: usize,
     /// A [`MipmapInterpolation`].
     pub interpolation: usize,
     /// A [`MipmapFilter`].
@@ -68,6 +74,9 @@ pub enum MipmapFilter {
     AsPrinted,
 }
 
+/// At how many points of the circular filter the degree of blur is read (section 6, step 4).
+const BLUR_POINTS: &[&str] = &["9", "5"];
+
 const FILTERS: &[&str] = &["discs", "as printed"];
 
 /// Variance, texel^2 per axis, of a level read through the circular filter, for large levels:
@@ -88,6 +97,8 @@ impl Default for Mipmap {
             reach: 2.0,
             smoothing: true,
             circular: true,
+            bilinear: false,
+            blur_points: 0,
             interpolation: 0,
             filter: 0,
         }
@@ -153,6 +164,19 @@ impl Mipmap {
                 "Circular filter",
                 &mut self.circular,
                 "Reads neighbours on a circle instead of a square, Fig. 4, for the filter \"as printed\".",
+            ),
+            Param::switch(
+                "bilinear",
+                "Bilinear magnification",
+                &mut self.bilinear,
+                "Magnifies levels by the hardware's bilinear read alone, equation (7) and Fig. 5a: blocky. For the filter \"as printed\".",
+            ),
+            Param::choice(
+                "blur_points",
+                "Points of the blur",
+                &mut self.blur_points,
+                BLUR_POINTS,
+                "At how many points of the circular filter the degree of blur and of neighbours is read, section 6, step 4, for the filter \"as printed\".",
             ),
             Param::choice(
                 "interpolation",
@@ -221,6 +245,9 @@ impl Mipmap {
             level_1: grid.size.to_array(),
             reach: self.reach,
             sigma_px_per_coc: self.sigma_px_per_coc(lens) as f32,
+            bilinear: self.bilinear.into(),
+            five_points: (BLUR_POINTS[self.blur_points] == "5").into(),
+            _unused: [0; 2],
             disc_variance: array4(discs.variance_px2),
             discs: discs.weights,
         }
@@ -247,6 +274,9 @@ uniform! {
         level_1: [u32; 2],
         reach: f32,
         sigma_px_per_coc: f32,
+        bilinear: u32,
+        five_points: u32,
+        _unused: [u32; 2],
         disc_variance: [f32; 4],
         discs: [[f32; 4]; 6],
     }

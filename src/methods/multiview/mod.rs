@@ -25,7 +25,7 @@ use super::tile_lists::{self, DEFOCUSED, FocusMap};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
-use crate::view::{EnvironmentUniform, LayerSeparation, View};
+use crate::view::{EnvironmentUniform, LayerSeparation, Tone, View};
 use crate::{shader, uniform};
 use glam::{DVec2, Vec2};
 use nbuffer::{NBuffer, window_side};
@@ -146,7 +146,7 @@ impl Method for Multiview {
             title: "Multiview synthesis",
             paper: "Lee, Eisemann and Seidel, Depth-of-Field Rendering with Multiview Synthesis, SIGGRAPH Asia 2009",
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
-            limits: "Within a slab only the nearest solid surface is known, and of glass four sheets behind one another, which do not shift with the lens point. What an image with a depth map hides is guessed from what lies beside it.",
+            limits: "Within a slab only the nearest solid surface is known, and rays that pass under it meet it (section 4.3), and of glass four sheets behind one another, which do not shift with the lens point. What an image with a depth map hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
             astigmatism: false,
             needs_scene: false,
@@ -350,9 +350,10 @@ impl Multiview {
         self.hidden && !view.is_scene()
     }
 
-    /// Whether rays do the shading: an image's colours are all that is known of it.
+    /// Whether rays do the shading: an image's colours are all that is known of it, and so are
+    /// those of a scene whose tones were mapped.
     fn shades(&self, view: &View) -> bool {
-        self.view_dependent && view.is_scene()
+        self.view_dependent && view.is_scene() && view.tone() == Tone::Linear
     }
 
     fn slabs(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Slabs, MethodError> {

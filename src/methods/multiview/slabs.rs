@@ -102,7 +102,7 @@ uniform! {
         z_near: f32,
         z_far: f32,
         slab: u32,
-        _unused: u32,
+        stretched: u32,
         padding: [i32; 2],
     }
 }
@@ -193,7 +193,7 @@ impl Slabs {
             let shot = SlabShot { ranges, first, size, padding: self.padding };
             let found = gpu.buffer("slab depths", bytes * u64::from(count));
             view.draw_slab_depths(frame, &shot, &found)?;
-            let gather = Gather { z_near: 0.0, z_far: 0.0, slab: first, _unused: 0, padding };
+            let gather = Gather { z_near: 0.0, z_far: 0.0, slab: first, stretched: 0, padding };
             frame
                 .pass(&SLAB_SHADER, "gather_depths")
                 .uniform("gather", &gather)
@@ -222,7 +222,9 @@ impl Slabs {
         let label = format!("slab {slab}");
         let query = LayerQuery { z_near, z_far, below: None };
         let padding = self.padding.as_ivec2().to_array();
-        let gather = Gather { z_near, z_far, slab: slab as u32, _unused: 0, padding };
+        // Rays go on beyond the border of an image whose hidden surfaces are guessed.
+        let stretched = self.key.hidden.is_some().into();
+        let gather = Gather { z_near, z_far, slab: slab as u32, stretched, padding };
         let layer = match &self.surfaces {
             // The one layer of an image is cut up.
             _ if !view.is_scene() => view.pinhole(frame),

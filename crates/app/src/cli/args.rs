@@ -7,6 +7,7 @@ use super::options::{
 use super::stereo::StereoOptions;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use defocus::aperture::Aperture;
+use defocus::view::Input;
 use defocus_study::bench::{PaperTable, Shard};
 use glam::UVec2;
 use std::path::PathBuf;
@@ -75,6 +76,9 @@ pub struct RenderArgs {
     /// Lens points of accumulation and raytrace [default: the method's own; 1024 for raytrace]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: Option<u32>,
+    /// What is blurred: hdr; clamped[:WHITE], cut at white; or reinhard[:KEY], with tones mapped before the blur
+    #[arg(long, value_name = "hdr|clamped|reinhard", default_value = "hdr")]
+    pub input: Input,
     /// The image to write: .png as a display shows it, .exr linear with depth Z and CoC C
     #[arg(short, long, value_name = "FILE", required_unless_present_any = ["json", "inside"])]
     pub output: Option<PathBuf>,
@@ -105,6 +109,10 @@ pub struct CompareArgs {
     /// accumulation; none for an image with depth]
     #[arg(long, value_name = "ID")]
     pub reference: Option<String>,
+    /// What methods blur: hdr; clamped[:WHITE], cut at white; or reinhard[:KEY], with tones mapped before the
+    /// blur; the reference is treated so after it
+    #[arg(long, value_name = "hdr|clamped|reinhard", default_value = "hdr")]
+    pub input: Input,
     /// Lens points of the reference
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = clap::value_parser!(u32).range(1..=65536))]
     pub samples: u32,

@@ -9,9 +9,9 @@ use comfy_table::{ContentArrangement, Table, presets};
 use defocus::methods::Method;
 use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
 use defocus_study::bench::report::{self, ReportInput};
-use defocus_study::bench::tables::{self, Claim, Comparison};
+use defocus_study::bench::tables::{self, Claim, Comparison, PaperTable};
 use defocus_study::bench::{BenchOutcome, BenchResults, BenchRun, Blur, Plan, Shard, Store};
-use defocus_study::builtin;
+use defocus_study::{builtin, flicker};
 use glam::UVec2;
 use serde::Serialize;
 use std::time::{Duration, Instant};
@@ -40,6 +40,9 @@ fn run_bench(args: &BenchArgs) -> anyhow::Result<()> {
     if let Some(minutes) = args.budget {
         ensure!(minutes > 0.0 && minutes.is_finite(), "--budget is {minutes} minutes; give a finite number above 0");
     }
+    if args.table == Some(PaperTable::TvcgFlicker) {
+        return run_flicker(args);
+    }
     let plan = plan(args)?;
     let store = Store::open(&args.output, &plan)?;
     let gpu = args.run.gpu()?;
@@ -64,6 +67,29 @@ fn run_bench(args: &BenchArgs) -> anyhow::Result<()> {
     let table = args.table.map(|table| table.compared(&results));
     write_report(&store, &results, table.as_ref(), caps)?;
     finish(args, &results, table.as_ref(), &outcome)
+}
+
+/// Measures flicker, which has no cells: all at once, into `table.json`.
+fn run_flicker(args: &BenchArgs) -> anyhow::Result<()> {
+    let no_cells = args.settings.is_empty() && args.overscan.is_none() && args.budget.is_none() && args.shard.is_none();
+    ensure!(no_cells, "tvcg-flicker is measured as a whole: leave out --set, --overscan, --budget and --shard");
+    let plan = flicker::Plan::table(args.quick);
+    let plan = flicker::Plan { samples: args.samples.unwrap_or(plan.samples), ..plan };
+    let gpu = args.run.gpu()?;
+    let bar = Bar::new(args.run.quiet);
+    let flickers = flicker::flicker(&gpu, &plan, &mut |step| bar.step(step))?;
+    drop(bar);
+    check_interrupt()?;
+    let table = flicker::compared(&plan, &gpu.adapter().name, &flickers);
+    let file = args.output.join("table.json");
+    std::fs::create_dir_all(&args.output)
+        .and_then(|()| std::fs::write(&file, serde_json::to_vec_pretty(&table)?))
+        .with_context(|| format!("{}: cannot write it; check that its folder may be written", file.display()))?;
+    write_json(args.run.json.json.as_ref(), &table)?;
+    if !args.run.quiet && !is_stdout(args.run.json.json.as_ref()) {
+        print(&format!("{}\nsee {}", shown(&table), file.display()))?;
+    }
+    Ok(())
 }
 
 fn run_merge(args: &MergeArgs) -> anyhow::Result<()> {

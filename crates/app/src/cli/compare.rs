@@ -10,6 +10,7 @@ use comfy_table::{Cell, CellAlignment, Color, ContentArrangement, Table, presets
 use defocus::image::Image;
 use defocus::image_io::{write_atomically, write_exr, write_png_rgb};
 use defocus::methods::Method;
+use defocus::view::Tone;
 use defocus_study::cache::cached_reference;
 use defocus_study::compare::{CompareRequest, GoodEnough, compare, runnable};
 use defocus_study::reference::{Reference, ReferenceRequest};
@@ -54,9 +55,13 @@ pub fn run(args: &CompareArgs) -> anyhow::Result<()> {
 
     print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
-    let truth = truth(args, &mut setup, reference, &bar)?;
-    // The truth is the scene's; methods see the image.
+    let mut truth = truth(args, &mut setup, reference, &bar)?;
+    // The truth is the scene's; methods see the image, and what is left of its light.
     setup.view = image.unwrap_or(setup.view);
+    let tone = setup.give(args.input)?;
+    if let Some(truth) = truth.as_mut().filter(|_| tone != Tone::Linear) {
+        truth.color = truth.color.map(|color| tone.apply(color));
+    }
     let comparison = compare_all(args, &mut setup, &methods, truth.as_ref(), &bar)?;
     drop(bar);
     let mut json = CompareJson::new(setup.setting(), setup.viewing, truth.as_ref(), &comparison, not_run);

@@ -110,6 +110,10 @@ pub struct LensOptions {
     /// F: focal length, mm
     #[arg(short = 'F', value_name = "MM")]
     pub focal_length_mm: Option<f64>,
+    /// The lens of a camera of this f-number N: E = F/N, and the image plane and its pixels are where and as
+    /// dense as the field of view and the focus distance make them, whatever dr, ds and DPI
+    #[arg(long, value_name = "N", requires = "focal_length_mm", conflicts_with_all = ["aperture_diameter_mm", "mean_coc", "pupil_luminance", "image_distance_mm", "density_px_per_mm"])]
+    pub f_number: Option<f64>,
     /// dr: distance from the lens to the image plane, mm
     #[arg(long = "dr", value_name = "MM")]
     pub image_distance_mm: Option<f64>,

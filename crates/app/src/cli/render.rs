@@ -51,6 +51,7 @@ pub fn run(args: &RenderArgs) -> anyhow::Result<()> {
         ensure!(stereo.is_none(), "a picture has one eye: leave out --stereo or --as-image");
         setup.show_as_image()?;
     }
+    setup.give(args.input)?;
     print_notes(&setup.notes(), args.run.quiet);
     let bar = Bar::new(args.run.quiet);
     let mut draw = |setup: &mut Setup| match &method {

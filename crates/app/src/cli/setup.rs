@@ -6,7 +6,7 @@ use super::options::{
 };
 use anyhow::{Context, ensure};
 use defocus::camera::Camera;
-use defocus::display::Display;
+use defocus::display::{Display, ToneMap};
 use defocus::gpu::{Gpu, Schedule};
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
@@ -15,7 +15,7 @@ use defocus::presets;
 use defocus::scene::gltf::Lighting;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::stereo::Layout;
-use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use defocus::view::{Input, SurfaceOptions, Tone, View, auto_overscan_px};
 use defocus::viewing::{Screen, Viewing};
 use defocus_study::builtin;
 use defocus_study::meter::exposure_ev;
@@ -39,6 +39,7 @@ pub struct Setup {
     /// Under what angle and in what light they are looked at.
     pub viewing: Viewing,
     metered: Option<String>,
+    input: Option<String>,
 }
 
 /// What makes a setup.
@@ -90,6 +91,9 @@ impl Setup {
         }
         let depth = view.depth_m(&gpu);
         let lens = focused_and_open(lens_options, parts, &depth, &source)?;
+        let is_camera = options.lens.f_number.is_some();
+        let lens = if is_camera { of_camera(lens, view.projection().focal_px) } else { lens };
+        lens.check()?;
         let overscan = match options.view.overscan {
             Overscan::Auto => auto_overscan(&source, &lens, &depth),
             Overscan::Pixels(px) => px,
@@ -100,7 +104,7 @@ impl Setup {
         let camera = source.cameras()[camera].to_owned();
         let display = options.display.display();
         let viewing = Viewing::of(&lens, screen).with_ppd(options.display.ppd);
-        let mut setup = Self { source: uploaded, camera, view, lens, display, viewing, metered: None };
+        let mut setup = Self { source: uploaded, camera, view, lens, display, viewing, metered: None, input: None };
         // What shows its base colours alone has no light to be too strong or too weak.
         let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
         let is_unlit = options.view.shading == ShadingName::Unlit;
@@ -129,6 +133,17 @@ impl Setup {
         Ok(())
     }
 
+    /// From now on methods are given `input`; returns what becomes of a colour.
+    pub fn give(&mut self, input: Input) -> anyhow::Result<Tone> {
+        let maps_twice = matches!(input, Input::Reinhard { .. }) && self.display.tone_map != ToneMap::None;
+        ensure!(!maps_twice, "--input reinhard maps tones before the blur: leave out --tonemap, which maps them again");
+        if input != Input::Hdr {
+            self.input = Some(format!("input: {input}"));
+        }
+        let gpu = self.gpu();
+        Ok(self.view.set_input(&gpu, input))
+    }
+
     /// The GPU.
     pub fn gpu(&self) -> Gpu {
         self.source.gpu().clone()
@@ -151,8 +166,18 @@ impl Setup {
     /// What was approximated, left out or filled in, one sentence each.
     pub fn notes(&self) -> Vec<String> {
         let eye = self.lens.eye.out_of_reach(1.0 / self.lens.focus_distance_m);
-        self.source.source().notes().iter().chain(&self.metered).chain(&eye).cloned().collect()
+        self.source.source().notes().iter().chain(&self.metered).chain(&self.input).chain(&eye).cloned().collect()
     }
+}
+
+/// The lens of the camera that took the view, whose image plane lies `focal_px` pixels behind the
+/// lens: there the focus distance is sharp, so that K = `focal_px` E / df, the CoC of Kraus (GRAPP
+/// 2011, section 3) at infinity.
+fn of_camera(lens: Lens, focal_px: f64) -> Lens {
+    let (focal_mm, focus_mm) = (lens.focal_length_mm, lens.focus_distance_m * MM_PER_M);
+    // 1/F = 1/df + 1/dr; at infinity the image plane is in the focal plane.
+    let image_distance_mm = focal_mm / (1.0 - focal_mm / focus_mm);
+    Lens { image_distance_mm, density_px_per_mm: focal_px / lens.screen_distance_mm, ..lens }
 }
 
 fn lighting(light: LightName) -> Lighting {
@@ -222,7 +247,12 @@ struct Given<'a> {
 impl Given<'_> {
     /// E, mm, if it is given in either way.
     fn aperture_diameter_mm(&self) -> Option<f64> {
-        self.options.aperture_diameter_mm.or(self.pupil_mm)
+        self.options.aperture_diameter_mm.or(self.pupil_mm).or_else(|| self.camera_aperture_mm())
+    }
+
+    /// E = F/N, mm, of a camera.
+    fn camera_aperture_mm(&self) -> Option<f64> {
+        Some(self.options.focal_length_mm? / self.options.f_number?)
     }
 }
 
@@ -232,6 +262,9 @@ fn lens_parts(given: &Given<'_>) -> anyhow::Result<Lens> {
     let preset = presets::preset(options.lens.as_deref().unwrap_or("projection"))?.lens;
     let given_diameter_mm = given.aperture_diameter_mm().or(options.lens.as_ref().map(|_| preset.aperture_diameter_mm));
     let lens = overridden(given, Lens { aperture_diameter_mm: given_diameter_mm.unwrap_or(0.0), ..preset });
+    if let Some(n) = options.f_number {
+        ensure!(n.is_finite() && n > 0.0, "--f-number is {n}; give a finite number above 0, such as 2.8");
+    }
     let unfocused = options.focus.is_none();
     Lens { focus_distance_m: if unfocused { f64::INFINITY } else { lens.focus_distance_m }, ..lens.clone() }.check()?;
     if let Some(px) = options.mean_coc {

@@ -26,21 +26,25 @@ pub enum PaperTable {
     SigaTable1,
     /// GRAPP 2011, section 5: the opaque image blur against the pyramidal one.
     Grapp,
+    /// TVCG 2009, section 7.1: temporal flickering. It is measured over moving views and not in
+    /// cells: [`crate::flicker`].
+    TvcgFlicker,
     /// One of the papers' figures that compare pictures.
     Quality(usize),
 }
 
 /// All of them, by what they are called on the command line.
-pub const ALL: [(&str, PaperTable); 5 + quality::FIGURES.len()] = {
-    let mut all = [("", PaperTable::Grapp); 5 + quality::FIGURES.len()];
+pub const ALL: [(&str, PaperTable); 6 + quality::FIGURES.len()] = {
+    let mut all = [("", PaperTable::Grapp); 6 + quality::FIGURES.len()];
     all[0] = ("tvcg-fig14", PaperTable::TvcgFig14);
     all[1] = ("tvcg-table1", PaperTable::TvcgTable1);
     all[2] = ("pg-table1", PaperTable::PgTable1);
     all[3] = ("siga-table1", PaperTable::SigaTable1);
     all[4] = ("grapp", PaperTable::Grapp);
+    all[5] = ("tvcg-flicker", PaperTable::TvcgFlicker);
     let mut figure = 0;
     while figure < quality::FIGURES.len() {
-        all[5 + figure] = (quality::FIGURES[figure].name, PaperTable::Quality(figure));
+        all[6 + figure] = (quality::FIGURES[figure].name, PaperTable::Quality(figure));
         figure += 1;
     }
     all
@@ -87,7 +91,8 @@ impl std::str::FromStr for PaperTable {
 }
 
 impl PaperTable {
-    /// What to measure. `quick` caps scenes, sizes, lens points and runs.
+    /// What to measure in cells: of [`PaperTable::TvcgFlicker`] nothing. `quick` caps scenes, sizes,
+    /// lens points and runs.
     pub fn plan(self, quick: bool) -> Plan {
         match self {
             Self::TvcgFig14 => tvcg::fig14_plan(quick),
@@ -95,11 +100,12 @@ impl PaperTable {
             Self::PgTable1 => pg::plan(quick),
             Self::SigaTable1 => siga::plan(quick),
             Self::Grapp => grapp::plan(quick),
+            Self::TvcgFlicker => plan(&[], [1, 1], Vec::new(), Vec::new()),
             Self::Quality(figure) => quality::FIGURES[figure].plan(quick),
         }
     }
 
-    /// The result, beside the paper.
+    /// The result, beside the paper; of [`PaperTable::TvcgFlicker`], which has no cells, without rows.
     pub fn compared(self, results: &BenchResults) -> Comparison {
         match self {
             Self::TvcgFig14 => tvcg::fig14(results),
@@ -107,6 +113,7 @@ impl PaperTable {
             Self::PgTable1 => pg::compared(results),
             Self::SigaTable1 => siga::compared(results),
             Self::Grapp => grapp::compared(results),
+            Self::TvcgFlicker => crate::flicker::compared(&crate::flicker::Plan::table(false), "no adapter", &[]),
             Self::Quality(figure) => quality::FIGURES[figure].compared(results),
         }
     }
