@@ -271,7 +271,7 @@ impl View {
             && source.camera != camera
         {
             self.projection = camera.projection(self.projection.size, self.projection.overscan_px);
-            let source = SceneSource { tone: self.tone, ..SceneSource::new(source.scene.clone(), camera) };
+            let source = SceneSource::new(source.scene.clone(), camera).toned(self.tone);
             self.source = Source::Scene(Box::new(source));
             self.forget();
         }

@@ -71,6 +71,11 @@ impl<'a> Shot<'a> {
 }
 
 impl SceneSource {
+    /// The same, with another tone.
+    pub(super) fn toned(self, tone: Tone) -> Self {
+        Self { tone, ..self }
+    }
+
     pub(super) fn new(scene: Arc<GpuScene>, camera: Camera) -> Self {
         let gpu = scene.gpu.clone();
         let view_from_world = camera.view_from_world();

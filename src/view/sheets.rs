@@ -64,7 +64,7 @@ impl View {
         }
         let Source::Scene(source) = &self.source else { return self };
         if self.solid.is_none() {
-            let source = SceneSource { tone: self.tone, ..SceneSource::new(source.scene.clone(), source.camera) };
+            let source = SceneSource::new(source.scene.clone(), source.camera).toned(self.tone);
             let mut solid = Self::new(Source::Scene(Box::new(source)), self.projection);
             solid.without_sheets = true;
             solid.fine_drawing = self.fine_drawing;
