@@ -13,7 +13,8 @@ use std::fmt;
 use std::str::FromStr;
 
 /// What becomes of colours before anything is blurred.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "String", into = "String")]
 pub enum Input {
     /// Nothing: linear radiance of any range.
     #[default]
@@ -50,6 +51,20 @@ impl fmt::Display for Input {
             Self::Clamped { white } => write!(f, "clamped:{white}"),
             Self::Reinhard { key } => write!(f, "reinhard:{key}"),
         }
+    }
+}
+
+impl From<Input> for String {
+    fn from(input: Input) -> Self {
+        input.to_string()
+    }
+}
+
+impl TryFrom<String> for Input {
+    type Error = UnknownInput;
+
+    fn try_from(text: String) -> Result<Self, UnknownInput> {
+        text.parse()
     }
 }
 

@@ -31,6 +31,7 @@ fn small_plan() -> Plan {
         count_reads: true,
         overscan_px: None,
         view_dependent: false,
+        input: defocus::view::Input::Hdr,
         error_maps: true,
     }
 }
@@ -90,6 +91,7 @@ fn variants_in_turn_are_timed_with_what_they_keep() {
         reference_samples: None,
         overscan_px: None,
         view_dependent: false,
+        input: defocus::view::Input::Hdr,
         error_maps: false,
         ..small_plan()
     };

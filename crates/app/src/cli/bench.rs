@@ -7,6 +7,7 @@ use super::select;
 use anyhow::{Context, ensure};
 use comfy_table::{ContentArrangement, Table, presets};
 use defocus::methods::Method;
+use defocus::view::Input;
 use defocus_study::bench::plan::{MEAN_COCS_PX, Trade, variants};
 use defocus_study::bench::report::{self, ReportInput};
 use defocus_study::bench::tables::{self, Claim, Comparison, PaperTable};
@@ -184,6 +185,7 @@ fn sweep(args: &BenchArgs) -> anyhow::Result<Plan> {
         error_maps: true,
         overscan_px: None,
         view_dependent: false,
+        input: Input::Hdr,
     })
 }
 

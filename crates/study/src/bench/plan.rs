@@ -1,6 +1,7 @@
 //! What a benchmark measures: every variant of every method in every cell.
 
 use defocus::methods::{self, Method, ParamError, UnknownMethod, set_param};
+use defocus::view::Input;
 use serde::{Deserialize, Serialize};
 
 /// Mean CoC diameters, px, over which the papers compare.
@@ -38,6 +39,9 @@ pub struct Plan {
     /// Whether the reference shades from each point of the lens.
     #[serde(default)]
     pub view_dependent: bool,
+    /// What methods are given of the light; the reference is treated so after its blur.
+    #[serde(default)]
+    pub input: Input,
 }
 
 /// How far the aperture is opened.

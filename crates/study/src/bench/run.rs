@@ -17,7 +17,7 @@ use defocus::image_io::ImageError;
 use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::scene::Scene;
-use defocus::view::{SurfaceOptions, View, auto_overscan_px};
+use defocus::view::{SurfaceOptions, Tone, View, auto_overscan_px};
 use defocus::viewing::{Screen, Viewing};
 use glam::UVec2;
 use std::collections::HashMap;
@@ -136,7 +136,11 @@ impl BenchRun<'_> {
         let source = &sources[&cell.scene];
         let mut stage = Stage::new(gpu, source, cell, self.plan.overscan_px)?;
         let variants = Variants::of(self.plan, cell, &stage.view)?;
-        let truth = self.truth(source, &mut stage, cell.blur, cache_problem, progress).map_err(failed)?;
+        let mut truth = self.truth(source, &mut stage, cell.blur, cache_problem, progress).map_err(failed)?;
+        let tone = stage.view.set_input(gpu, self.plan.input);
+        if let Some(truth) = truth.as_mut().filter(|_| tone != Tone::Linear) {
+            truth.color = truth.color.map(|color| tone.apply(color));
+        }
         let rounds = Rounds { warmup: self.plan.warmup, runs: self.plan.runs, redraw: self.plan.redraw };
         let viewing = Viewing::of(&stage.lens, Screen::default());
         let request = CompareRequest {

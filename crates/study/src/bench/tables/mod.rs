@@ -11,6 +11,7 @@ mod tvcg;
 
 use super::plan::{Blur, Plan, Variant};
 use super::results::{BenchResults, CellResult};
+use defocus::view::Input;
 use serde::Serialize;
 
 /// A table or figure of one of the papers.
@@ -142,6 +143,7 @@ fn plan(scenes: &[&str], size: [u32; 2], blurs: Vec<Blur>, variants: Vec<Variant
         error_maps: false,
         overscan_px: Some(0),
         view_dependent: false,
+        input: Input::Hdr,
     }
 }
 
