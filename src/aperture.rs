@@ -65,6 +65,7 @@ pub enum Aperture {
 
 /// What makes an aperture impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ApertureError {
     /// Not the command line's syntax.
     #[error(
@@ -146,7 +147,7 @@ impl Aperture {
 
     /// `sets` sets of `samples` points each, one after another: blocks of [`Aperture::lens_point`] that begin
     /// at powers of two, each of which is spread well. A single point is the lens's centre.
-    pub fn lens_point_sets(&self, samples: u32, sets: u32) -> Vec<DVec2> {
+    pub(crate) fn lens_point_sets(&self, samples: u32, sets: u32) -> Vec<DVec2> {
         let block = samples.next_power_of_two();
         let point = |i: u32| if samples == 1 { DVec2::ZERO } else { self.lens_point(i) };
         (0..sets).flat_map(|k| (0..samples).map(move |i| point(k * block + i))).collect()
@@ -158,7 +159,7 @@ impl Aperture {
     }
 
     /// Takes uniform points of the unit square to points distributed as the intensity.
-    pub fn map_square(&self, u: DVec2) -> DVec2 {
+    pub(crate) fn map_square(&self, u: DVec2) -> DVec2 {
         match self {
             Self::Disc => disc_from_square(u),
             Self::Polygon { blades, rotation_deg, roundness } => {

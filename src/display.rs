@@ -4,6 +4,7 @@
 //! before they are quantised.
 
 use crate::image::ColorImage;
+use crate::image_io::srgb::srgb_from_linear_f32;
 use glam::{Mat3, Vec3, vec3};
 use rayon::prelude::*;
 use std::fmt;
@@ -84,7 +85,7 @@ impl Display {
     /// sRGB-encoded display value in [0, 1], not quantised.
     pub fn encoded(&self, color: Vec3) -> Vec3 {
         let linear = self.linear(color);
-        vec3(srgb_encode(linear.x), srgb_encode(linear.y), srgb_encode(linear.z))
+        linear.map(srgb_from_linear_f32)
     }
 
     /// [`Display::linear`] of every pixel.
@@ -96,16 +97,6 @@ impl Display {
     pub fn encoded_image(&self, image: &ColorImage) -> ColorImage {
         ColorImage { size: image.size, pixels: image.pixels.par_iter().map(|c| self.encoded(*c)).collect() }
     }
-}
-
-/// sRGB encoding of a linear value in [0, 1] (IEC 61966-2-1).
-pub fn srgb_encode(linear: f32) -> f32 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// Linear value of an sRGB-encoded one in [0, 1] (IEC 61966-2-1).
-pub fn srgb_decode(encoded: f32) -> f32 {
-    if encoded <= 0.040_45 { encoded / 12.92 } else { ((encoded + 0.055) / 1.055).powf(2.4) }
 }
 
 fn reinhard(color: Vec3) -> Vec3 {

@@ -60,6 +60,7 @@ fn rounded_mm(mm: f64) -> f64 {
 
 /// What makes a lens impossible: which value, and which bound it breaks.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum LensError {
     /// A value that is NaN or infinite where it must not be.
     #[error("{symbol} ({name}) is {value}: it must be a finite number")]
@@ -173,7 +174,7 @@ impl Lens {
     };
 
     /// Focus distance df, mm.
-    pub fn focus_distance_mm(&self) -> f64 {
+    pub(crate) fn focus_distance_mm(&self) -> f64 {
         self.focus_distance_m * MM_PER_M
     }
 

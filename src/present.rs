@@ -198,7 +198,7 @@ impl DifferenceOf {
     }
 
     /// The difference at the end of the map.
-    pub fn full_scale(self) -> f32 {
+    pub(crate) fn full_scale(self) -> f32 {
         if self == Self::Relative { RELATIVE_FULL_SCALE } else { DIFFERENCE_FULL_SCALE }
     }
 }

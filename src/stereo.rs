@@ -107,7 +107,7 @@ impl Layout {
 
     /// What of the left and the right eye's linear display values an anaglyph shows: it is
     /// `left * l + right * r`, clamped to [0, 1].
-    pub fn anaglyph_matrices(self) -> [Mat3; 2] {
+    pub(crate) fn anaglyph_matrices(self) -> [Mat3; 2] {
         match self {
             Self::GreyAnaglyph => {
                 let luminance = crate::display::LUMINANCE;

@@ -4,6 +4,7 @@
 //! one that a bright display shows too faint for a dark one. Metrics of vision therefore ask
 //! for the display's pixels per degree and for its luminance.
 
+pub use crate::eye::PRIMARIES_NM;
 use crate::lens::Lens;
 use std::ops::RangeInclusive;
 
@@ -44,10 +45,6 @@ pub struct Screen {
     pub primaries_nm: [f64; 3],
 }
 
-/// Dominant wavelengths of primaries where nothing else is known, red, green and blue, nm:
-/// those of Cholewiak et al., "ChromaBlur" (SIGGRAPH Asia 2017).
-pub const PRIMARIES_NM: [f64; 3] = [617.0, 520.0, 449.0];
-
 impl Default for Screen {
     /// A monitor in an office: `standard_4k` of ColorVideoVDP, 200 cd/m2 with a contrast of
     /// 1000 under 250 lux.
@@ -58,6 +55,7 @@ impl Default for Screen {
 
 /// A screen that cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ScreenError {
     /// A peak out of range.
     #[error(
@@ -114,7 +112,7 @@ impl Screen {
 
     /// Surrounding light that the screen reflects, cd/m2, as of a matt surface: `E / pi` of
     /// its reflectivity of 0.005.
-    pub fn reflected_cd_m2(&self) -> f64 {
+    pub(crate) fn reflected_cd_m2(&self) -> f64 {
         self.ambient_lux / std::f64::consts::PI * REFLECTIVITY
     }
 

@@ -104,6 +104,7 @@ fn impossible_lenses_are_named() {
         LensError::FocusInsideFocalLength { .. } => "df <= F",
         LensError::Aperture(_) => "aperture",
         LensError::Eye(_) => "eye",
+        other => panic!("{other}: which symbol it names is not said here"),
     };
     type Set = fn(&mut Lens, f64);
     let setters: [(&str, Set); 5] = [

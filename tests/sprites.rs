@@ -3,6 +3,7 @@
 mod common;
 
 use common::{apertures, gpu};
+use defocus::aperture::Aperture;
 use defocus::gpu::{Precision, download};
 use defocus::image::{ColorImage, Image};
 use defocus::lens::Lens;
@@ -32,6 +33,44 @@ fn moments(shares: impl Iterator<Item = (DVec2, f64)>) -> Moments {
 fn offsets(reach_px: f64) -> impl Iterator<Item = DVec2> {
     let reach = reach_px.ceil() as i32;
     (-reach..=reach).flat_map(move |y| (-reach..=reach).map(move |x| dvec2(f64::from(x), f64::from(y))))
+}
+
+/// Parts of a pixel on each side for [`integrated`].
+const PARTS: i32 = 32;
+
+/// What of a spot's light falls on each pixel within `reach` of it, in rows: the aperture's intensity at the
+/// middles of many parts of each pixel, summed. It knows nothing of the table.
+fn integrated(aperture: &Aperture, reach: i32, c_px: f64) -> Vec<f64> {
+    let part = |i: i32| (f64::from(i) + 0.5) / f64::from(PARTS) - 0.5;
+    let on_pixel = |x: i32, y: i32| -> f64 {
+        let parts = (0..PARTS * PARTS).map(|i| dvec2(part(i % PARTS), part(i / PARTS)));
+        parts.map(|p| aperture.intensity((dvec2(f64::from(x), f64::from(y)) + p) * (2.0 / c_px))).sum()
+    };
+    let sums: Vec<f64> =
+        (-reach..=reach).flat_map(|y| (-reach..=reach).map(move |x| (x, y))).map(|(x, y)| on_pixel(x, y)).collect();
+    let total: f64 = sums.iter().sum();
+    sums.into_iter().map(|sum| sum / total).collect()
+}
+
+#[test]
+fn the_table_holds_the_integral_of_the_aperture() {
+    for aperture in apertures() {
+        let table = SpriteTable::of(&aperture);
+        for c in [-17.3f64, -4.0, 2.6, 9.1] {
+            let reach = table.reach_px(c).ceil() as i32;
+            let expected = integrated(&aperture, reach, c);
+            let brightest = expected.iter().copied().fold(0.0, f64::max);
+            // An edge along the rows lies between two of 512 samples across the spot, and of the parts of a
+            // pixel: half of each, as a share of a pixel, may be on the other side. Light is shared out twice,
+            // and the sums of all pixels differ as much at most.
+            let spacing_px = aperture.radius() * c.abs() / 512.0;
+            let limit = 2.0 * brightest * 0.5 * (spacing_px + 1.0 / f64::from(PARTS));
+            for (offset, expected) in offsets(f64::from(reach)).zip(expected) {
+                let share = table.share(offset, c);
+                assert!((share - expected).abs() < limit, "{aperture:?} at c = {c}, {offset}: {share} of {expected}");
+            }
+        }
+    }
 }
 
 #[test]

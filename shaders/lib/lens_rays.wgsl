@@ -129,8 +129,7 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
 /// The same of surfaces up to `last_s`; those behind it may be found or not.
 ///
 /// It ends there, and what it calls has few loops: llvmpipe ends all loops of an invocation
-/// after 65,535 rounds in all, inner ones counted, and who traces rays to many lights would
-/// miss the last ones.
+/// after 65,535 rounds in all, inner ones counted, and of many lights the last ones would be missed.
 fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {

@@ -32,7 +32,7 @@ struct Listed {
 @group(1) @binding(3) var<storage, read_write> new_lists: array<u32>;
 @group(1) @binding(4) var<storage, read_write> new_dispatches: array<atomic<u32>, 16>;
 
-/// Adds a tile to a class; its position in a list depends on who comes first.
+/// Adds a tile to a class; its position in the list depends on the order of the invocations.
 fn list_tile(tile: vec2u, class_of: u32) {
     if listed.by_branches != 0u {
         new_lists[tile.y * listed.tiles.x + tile.x] = class_of;

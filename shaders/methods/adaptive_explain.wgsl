@@ -1,4 +1,4 @@
-// adaptive, to look at: what the rays of each pixel cost and met
+// adaptive, debug images: rays, texel reads and layers hit, by pixel
 // (src/methods/adaptive/explain.rs).
 
 struct Shown {

@@ -6,7 +6,7 @@
 //   list_by_focus    the inner frame's tiles by whether anything reaches them
 //   plan_dispatches  lengths of lists to grids of workgroups
 //   copy_tiles       the picture of tiles that are left as they are
-//   show_class       the class of each tile, for whoever looks
+//   show_class       the class of each tile, as a debug image
 
 #import lens
 #import tile_lists

@@ -144,7 +144,7 @@ impl ApertureImage {
     }
 
     /// Length of a pixel's side in the coordinates of `v`.
-    pub fn unit_per_px(&self) -> f64 {
+    pub(crate) fn unit_per_px(&self) -> f64 {
         2.0 / f64::from(self.size.max_element())
     }
 

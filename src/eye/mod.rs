@@ -19,12 +19,10 @@ mod refraction;
 
 pub use accommodation::{ACCOMMODATION_AGES, amplitude_d};
 pub use blur::{BLUR_DETECTION_D, depth_of_focus_d};
-pub use chromatic::{DAYLIGHT_NM, chromatic_defocus_d};
+pub use chromatic::{DAYLIGHT_NM, PRIMARIES_NM, chromatic_defocus_d};
 pub use comfort::{Comfort, ComfortZone, conflict_d};
 pub use pupil::{PUPIL_AGES, PUPIL_LUMINANCE_CD_M2, Pupil, PupilError, pupil_diameter_mm};
 pub use refraction::{EyePreset, Refraction, RefractionError, eye_presets};
-
-use crate::viewing::PRIMARIES_NM;
 
 /// What an eye adds to a thin lens. The default adds nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -48,6 +46,7 @@ pub const WAVELENGTHS_NM: std::ops::RangeInclusive<f64> = 380.0..=780.0;
 
 /// Why an eye cannot be.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EyeError {
     /// A prescription out of range.
     #[error(transparent)]

@@ -38,6 +38,7 @@ impl Default for Pupil {
 
 /// Light or an age that the formula does not hold for.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum PupilError {
     /// Luminance.
     #[error("{0} cd/m2: the pupil's width is known for 0.0001 to 10000 cd/m2")]

@@ -19,6 +19,7 @@ pub struct Refraction {
 
 /// A prescription that no glasses have.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RefractionError {
     /// Sphere.
     #[error("a sphere of {0} dioptres: give -30 to 30")]

@@ -6,8 +6,8 @@ use std::sync::{Arc, Mutex};
 /// Bytes of a chunk, unless one piece of data needs more.
 const CHUNK_BYTES: usize = 128 * 1024;
 
-/// Pieces that are looked through for one of the same content: passes of a method share
-/// their numbers.
+/// How many of the last pieces are searched for one of the same content: passes of a method share
+/// uniforms.
 const REMEMBERED: usize = 12;
 
 /// What pieces of data are used as; also to be copied from.
@@ -29,7 +29,7 @@ pub(super) struct Chunk {
 #[derive(Clone, Default)]
 pub(super) struct Chunks(Arc<Mutex<Vec<Chunk>>>);
 
-/// Free chunks kept: more than that only a burst of frames has needed.
+/// Most free chunks in the cache: only bursts of frames need more.
 const KEPT_CHUNKS: usize = 16;
 
 impl Chunks {
@@ -69,7 +69,7 @@ impl Chunks {
     }
 }
 
-/// Chunks that are given back when this goes.
+/// Chunks that are given back on drop.
 pub(super) struct Lent {
     chunks: Vec<Chunk>,
     free: Chunks,
@@ -147,7 +147,7 @@ impl Arena {
         }
     }
 
-    /// The chunks, for whoever knows when the commands that read them are submitted.
+    /// The chunks; the caller gives them back once the commands that read them are submitted.
     pub(super) fn into_chunks(self) -> Vec<Chunk> {
         self.chunks
     }

@@ -1,4 +1,4 @@
-//! Bind groups, kept while they are used.
+//! A cache of bind groups.
 
 use super::arena::Piece;
 use rustc_hash::{FxHashMap, FxHasher};

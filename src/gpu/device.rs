@@ -4,6 +4,7 @@ use wgpu::{DeviceType, Features};
 
 /// Why no GPU can be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum GpuError {
     /// There is no adapter at all.
     #[error(

@@ -23,7 +23,7 @@ pub(super) enum Pipeline {
     Render(wgpu::RenderPipeline),
 }
 
-/// A name that a kernel binds something to.
+/// A binding of a kernel, by name.
 struct Slot {
     name: String,
     binding: Binding,

@@ -1,4 +1,4 @@
-//! What is made from parameters and kept while they are used.
+//! A cache of values that are computed from parameters, such as tables of apertures.
 
 use std::any::{Any, TypeId};
 use std::collections::HashMap;

@@ -32,7 +32,7 @@ pub(crate) use kernel::embedded_module;
 pub use memo::Memo;
 pub use pool::{Buffer, Texture, TextureKey};
 pub use radix_sort::sort_pairs;
-pub use readback::{download, download_depth, download_rgba8, upload, upload_scalar};
+pub use readback::{download, download_depth, download_rgba, download_rgba8, upload, upload_scalar};
 pub use schedule::{ParseScheduleError, Schedule};
 pub use wgsl::{Binding, Module, Precision, Shader, ShaderError, Uniform, UniformLayout};
 
@@ -78,12 +78,12 @@ struct Inner {
     largest_binding_bytes: u64,
     /// Greatest side of a texture, px.
     greatest_side: u32,
-    /// What was asked for beyond these, by the thread that asked.
+    /// First allocation beyond these limits, by the thread that asked for it.
     refused: Mutex<Vec<(ThreadId, Refused)>>,
     memo: Memo,
-    /// Whether tiles are worked on by branches.
+    /// Whether tiles are dispatched by [`Schedule::Branches`].
     by_branches: AtomicBool,
-    /// Whether timestamps say anything.
+    /// Whether timestamps are usable: those of software adapters are not.
     has_stamps: bool,
     /// Query sets that no frame in flight uses.
     queries: Mutex<Vec<wgpu::QuerySet>>,
@@ -126,7 +126,7 @@ impl Gpu {
         Ok(Self::from_device(&adapter.get_info(), device, queue))
     }
 
-    /// Uses a device that belongs to someone else: an application's own.
+    /// Uses the device of an application that embeds this library.
     ///
     /// Of the optional features it uses those that the device was opened with
     /// ([`wanted_features`]): without `TIMESTAMP_QUERY` there are no timings.
@@ -283,18 +283,18 @@ impl Gpu {
         self.0.by_branches.store(schedule == Schedule::Branches, Ordering::Relaxed);
     }
 
-    /// What was made from parameters and is used again: tables of apertures, lens points.
+    /// A cache of what is computed from parameters: tables of apertures, lens points.
     pub fn memo(&self) -> &Memo {
         &self.0.memo
     }
 
     /// Largest texture side, px.
-    pub fn max_texture_side(&self) -> u32 {
+    pub(crate) fn max_texture_side(&self) -> u32 {
         self.0.greatest_side
     }
 
     /// Bytes of the largest buffer that a shader can read or write as a whole.
-    pub fn largest_binding_bytes(&self) -> u64 {
+    pub(crate) fn largest_binding_bytes(&self) -> u64 {
         self.0.largest_binding_bytes
     }
 
@@ -318,7 +318,7 @@ impl Gpu {
 
     /// The first thing that this thread asked for since the last call and that is larger than
     /// the device allows: what was recorded with it is valid, but no picture.
-    pub fn take_refused(&self) -> Option<Refused> {
+    pub(crate) fn take_refused(&self) -> Option<Refused> {
         let mut all = self.0.refused.lock().unwrap_or_else(PoisonError::into_inner);
         let thread = std::thread::current().id();
         let first = all.iter().position(|(of, _)| *of == thread).map(|first| all[first].1.clone());
@@ -337,7 +337,7 @@ impl Gpu {
         Frame::new(self)
     }
 
-    /// Starts to record into someone else's encoder.
+    /// Starts to record into the encoder of another program.
     pub fn recorder<'a>(&'a self, encoder: &'a mut wgpu::CommandEncoder) -> Recorder<'a> {
         Recorder::new(self, encoder)
     }

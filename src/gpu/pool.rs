@@ -71,7 +71,7 @@ impl Drop for PooledTexture {
 }
 
 impl Texture {
-    /// Wraps a texture that belongs to someone else; it is never pooled.
+    /// Wraps a texture of another owner; it is never pooled.
     pub fn external(texture: wgpu::Texture) -> Self {
         let size = UVec2::new(texture.width(), texture.height());
         let layers = texture.depth_or_array_layers();
@@ -119,7 +119,7 @@ impl Texture {
     }
 
     /// A view of one level: 2D, or of an array with all its layers.
-    pub fn level_view(&self, level: u32) -> &wgpu::TextureView {
+    pub(crate) fn level_view(&self, level: u32) -> &wgpu::TextureView {
         let parts = self.0.parts();
         let of_level = |base_mip_level| {
             let mip_level_count = Some(1);
@@ -131,7 +131,7 @@ impl Texture {
     }
 
     /// A plain 2D view of one level of one array layer. Panics if there is none such.
-    pub fn slice_view(&self, level: u32, layer: u32) -> &wgpu::TextureView {
+    pub(crate) fn slice_view(&self, level: u32, layer: u32) -> &wgpu::TextureView {
         let parts = self.0.parts();
         let count = (self.levels() * self.layers()) as usize;
         let views = parts.slices.get_or_init(|| (0..count).map(|_| OnceLock::new()).collect());
@@ -197,7 +197,7 @@ impl Drop for PooledBuffer {
 }
 
 impl Buffer {
-    /// Wraps a buffer that belongs to someone else; it is never pooled.
+    /// Wraps a buffer of another owner; it is never pooled.
     pub fn external(buffer: wgpu::Buffer) -> Self {
         let key = BufferKey { bytes: buffer.size(), usage: buffer.usage() };
         Self(Arc::new(PooledBuffer { key, buffer, unclean: AtomicBool::new(false), pool: Weak::new() }))

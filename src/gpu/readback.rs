@@ -2,7 +2,7 @@
 
 use super::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, Image};
-use glam::{UVec2, Vec3};
+use glam::{UVec2, Vec4};
 use half::f16;
 
 /// Row pitch of buffers that textures are copied to, bytes.
@@ -37,7 +37,7 @@ fn mapped(gpu: &Gpu, buffer: &wgpu::Buffer) -> Vec<u8> {
 
 impl Frame<'_> {
     /// Submits what was recorded, waits for it and returns the buffer's content; nothing if
-    /// the device is lost, or where someone else submits ([`Frame::may_wait`]).
+    /// the device is lost, or where another program submits ([`Frame::may_wait`]).
     pub fn read_buffer<T: bytemuck::Pod>(&mut self, buffer: &Buffer) -> Vec<T> {
         if !self.may_wait() {
             return Vec::new();
@@ -57,16 +57,19 @@ impl Frame<'_> {
 ///
 /// Panics for other formats: methods return one of the two.
 pub fn download(gpu: &Gpu, texture: &Texture) -> ColorImage {
-    let pixels: Vec<Vec3> = match texture.format() {
+    download_rgba(gpu, texture).map(|texel| texel.truncate())
+}
+
+/// All four components of a 16- or 32-bit float texture. Waits for the GPU.
+///
+/// Panics for other formats.
+pub fn download_rgba(gpu: &Gpu, texture: &Texture) -> Image<Vec4> {
+    let pixels = match texture.format() {
         wgpu::TextureFormat::Rgba16Float => {
-            let bytes = rows(gpu, texture, 8);
-            let texels: Vec<[f16; 4]> = bytemuck::pod_collect_to_vec(&bytes);
-            texels.iter().map(|t| Vec3::new(t[0].to_f32(), t[1].to_f32(), t[2].to_f32())).collect()
+            let texels: Vec<[f16; 4]> = bytemuck::pod_collect_to_vec(&rows(gpu, texture, 8));
+            texels.iter().map(|t| Vec4::from_array(t.map(f16::to_f32))).collect()
         }
-        wgpu::TextureFormat::Rgba32Float => {
-            let texels: Vec<[f32; 4]> = bytemuck::pod_collect_to_vec(&rows(gpu, texture, 16));
-            texels.iter().map(|t| Vec3::new(t[0], t[1], t[2])).collect()
-        }
+        wgpu::TextureFormat::Rgba32Float => bytemuck::pod_collect_to_vec(&rows(gpu, texture, 16)),
         other => panic!("a colour image in {other:?} cannot be read back"),
     };
     Image { size: texture.size(), pixels }

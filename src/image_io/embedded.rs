@@ -8,7 +8,7 @@
 mod jpeg;
 mod xmp;
 
-use super::MAX_PIXELS;
+use super::error::MAX_PIXELS;
 use crate::image::Image;
 use base64::Engine;
 use glam::UVec2;

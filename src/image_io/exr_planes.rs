@@ -1,7 +1,8 @@
 //! OpenEXR files as named float planes, multi-part files included.
 
+use super::error::{ImageError, check_size};
 use super::exr_layers::{self, Layer};
-use super::{ImageError, check_size, primaries};
+use super::primaries;
 use crate::image::{ColorImage, Image};
 use exr::prelude::{
     AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, LayerAttributes, ReadChannels, ReadLayers,

@@ -1,9 +1,10 @@
 //! One number a pixel, from any file that holds one: depths and disparities.
 
+use super::error::{ImageError, check_size};
 use super::exr_planes::ExrPlanes;
 use super::orientation::{Orientation, upright};
 use super::pfm::{self, Pfm};
-use super::{ImageError, check_size, npy, read_start};
+use super::{npy, read_start};
 use crate::image::Image;
 use glam::UVec2;
 use image::DynamicImage;

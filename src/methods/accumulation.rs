@@ -57,7 +57,6 @@ impl Method for Accumulation {
             conserves_energy: true,
             averages: true,
             samples_lens: true,
-            width_tolerance: 0.02,
         }
     }
 

@@ -84,8 +84,6 @@ impl Method for LensLayers {
             conserves_energy: false,
             averages: true,
             samples_lens: true,
-            // A point is hit by one ray of a hundred: its disc at C = 12 px is some sixteen pixels.
-            width_tolerance: 0.25,
         }
     }
 

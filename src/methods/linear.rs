@@ -132,8 +132,6 @@ impl Method for Linear {
             conserves_energy: !self.normalise && COVERAGES[self.coverage] != "naive",
             averages: self.normalise,
             samples_lens: false,
-            // Discs as they are, wider by the pixels that they cover: 1/12 px^2.
-            width_tolerance: 0.03,
         }
     }
 

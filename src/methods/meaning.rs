@@ -1,5 +1,5 @@
-//! What the numbers of exposed textures mean, so that whoever shows them can put a scale
-//! or names beside them: one description for all methods, no overlay for each.
+//! What the channels of exposed textures mean: units, scale and names for display. One description
+//! serves all methods, none needs an overlay of its own.
 
 /// How an exposed texture is to be read.
 #[derive(Clone, Debug, PartialEq)]

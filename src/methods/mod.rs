@@ -158,8 +158,6 @@ pub struct About {
     pub averages: bool,
     /// Whether it samples the lens, so that a mirrored image differs by sampling noise.
     pub samples_lens: bool,
-    /// Greatest relative error of the blur's standard deviation for a lone white point.
-    pub width_tolerance: f64,
 }
 
 /// Aperture shapes that a method can render.
@@ -176,6 +174,7 @@ pub enum Apertures {
 
 /// Why a method cannot render.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum MethodError {
     /// The view cannot give what the method needs.
     #[error(transparent)]
@@ -340,7 +339,7 @@ fn record_through(
     Ok(pinhole::inner(frame, view))
 }
 
-/// Offers what every method begins with.
+/// Exposes the pinhole image and its depth.
 pub fn expose_pinhole(frame: &mut Frame<'_>, view: &mut View) {
     let pinhole = view.pinhole(frame);
     frame.expose("pinhole image", &pinhole.color);
@@ -365,7 +364,7 @@ pub fn by_id(id: &str) -> Result<Box<dyn Method>, UnknownMethod> {
     }
 }
 
-/// There is no method of that name.
+/// No method has that name.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[error("there is no method '{}'; there are: {known}", id.escape_debug())]
 pub struct UnknownMethod {

@@ -62,7 +62,6 @@ impl Method for Opaque {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.14,
         }
     }
 

@@ -53,6 +53,7 @@ pub enum Value<'a> {
 
 /// Why a parameter cannot be set.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ParamError {
     /// The method has no such parameter.
     #[error("{method} has no parameter '{}'; it has: {known}", key.escape_debug())]

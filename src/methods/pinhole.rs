@@ -32,7 +32,6 @@ impl Method for Pinhole {
             conserves_energy: true,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.0,
         }
     }
 

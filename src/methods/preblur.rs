@@ -7,8 +7,8 @@
 //!    blurriness; a tap that is nearer than the centre weighs as much as it is blurred,
 //!    any other 1: what is sharp and near leaks less.
 //!
-//! **Blurriness** there is no lens but a ramp, linear in depth, from the focus distance
-//! to a near and a far distance of full blur that an artist chooses, and the disc is a
+//! **Blurriness** there does not follow a lens: it is a ramp, linear in depth, from the focus
+//! distance to a near and a far distance of full blur that an artist chooses, and the disc is a
 //! greatest disc times blurriness. Here the ramp is laid through the thin lens: it is 0 at
 //! the focus distance, meets the lens where that reaches the share `ramp_share` of the
 //! greatest CoC in view on that side, and stays within that CoC; full blur is the greatest
@@ -85,9 +85,6 @@ impl Method for Preblur {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            // The blurred copy alone is as wide as a disc of 14 px, and its taps spread
-            // 1.6 times as far as they should: what was published, measured.
-            width_tolerance: 1.5,
         }
     }
 

@@ -58,7 +58,6 @@ impl Method for Pyramid {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.14,
         }
     }
 

@@ -60,7 +60,6 @@ impl Method for Scatter {
             conserves_energy: true,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.05,
         }
     }
 

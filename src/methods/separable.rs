@@ -78,8 +78,6 @@ impl Method for Separable {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            // A square of side C has C / sqrt(12) where the disc has C / 4.
-            width_tolerance: 0.2,
         }
     }
 

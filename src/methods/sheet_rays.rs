@@ -35,7 +35,7 @@ pub(super) struct SheetRays {
 }
 
 impl SheetRays {
-    /// Those of `view` through `lens`; stand-ins that no ray reads if it has none.
+    /// Those of `view` through `lens`; placeholders that no ray reads if it has none.
     pub fn of(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
         match view.sheets(frame, lens) {
             Some(sheets) => Self::find(frame, view, lens, sheets),

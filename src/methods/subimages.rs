@@ -33,7 +33,7 @@ const EXPLAIN_SHADER: Shader = shader!("methods/subimages_explain");
 /// Name under which the sub-image of each pixel is exposed.
 const EXPLAINED: &str = "sub-image of each pixel";
 
-/// What of these passes tells what was done where.
+/// Names of the debug textures of these passes.
 pub(super) const EXPLAINS: &[&str] = &[EXPLAINED];
 
 /// Names of the sub-images' pyramid: by level, then as level 1 of what it is blurred to.
@@ -265,7 +265,7 @@ uniform! {
     }
 }
 
-/// What the two methods want differently.
+/// Options in which the two methods differ.
 pub(super) struct Wanted {
     pub glow: bool,
     pub transparent_border: bool,
@@ -477,7 +477,7 @@ pub(super) struct Blurred {
 }
 
 impl Blurred {
-    /// Before any synthesis: no layer reads `blur` and `glow`, but something must be bound.
+    /// Before any synthesis: no layer reads `blur` and `glow`, but both must be bound.
     fn starting_at(analysis: &Texture) -> Self {
         Self { analysis: analysis.clone(), blur: analysis.clone(), glow: analysis.clone() }
     }

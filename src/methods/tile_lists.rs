@@ -119,7 +119,7 @@ impl TileLists {
         }
     }
 
-    /// Exposes the class of each tile as the number that it has, if someone wants to look.
+    /// Exposes the class of each tile as its number, where intermediate textures are asked for.
     pub fn expose(&self, frame: &mut Frame<'_>) {
         if !frame.keeps_intermediates() {
             return;

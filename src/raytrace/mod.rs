@@ -89,6 +89,7 @@ pub struct RayImage {
 
 /// Why nothing can be traced.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum RayError {
     /// The lens forms no image.
     #[error(transparent)]

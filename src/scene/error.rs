@@ -16,6 +16,7 @@ pub struct SceneError {
 /// Why a scene file cannot be used. `item` names the part of the file: a path into its
 /// JSON such as `accessors[3]`, with the author's name for it where there is one.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum SceneProblem {
     /// The file itself, or one that it refers to, cannot be read.
     #[error("cannot read {what}: {source}; check that the file exists and may be read")]

@@ -339,7 +339,7 @@ impl Scene {
 impl Mesh {
     /// Whether all of it lies in one plane, to within a part in 100,000 of its size: nothing of it
     /// hides anything else of it.
-    pub fn is_flat(&self) -> bool {
+    pub(crate) fn is_flat(&self) -> bool {
         let Some((low, high)) = self.bounds() else { return true };
         let tolerance = 1e-5 * (high - low).length();
         let corners = |t: &[u32]| [0, 1, 2].map(|k| self.vertices[t[k] as usize].position);

@@ -42,6 +42,7 @@ pub struct RgbdScene {
 
 /// Why an image with depth cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
 pub enum RgbdError {
     /// One of the files cannot be read.
     #[error(transparent)]

@@ -52,7 +52,9 @@ impl FineDrawing {
 /// or column is then known to a sample's share of a pixel, not to a row's: to 1/16 px with 4x4 samples.
 /// Chiu, Shirley and Wang, "Multi-jittered sampling", Graphics Gems IV (1994).
 fn stagger(part: UVec2, a_side: u32) -> DVec2 {
-    let of = |line: u32| f64::from(if line % 2 == 0 { line / 2 } else { a_side - 1 - line / 2 }) / f64::from(a_side);
+    let of = |line: u32| {
+        f64::from(if line.is_multiple_of(2) { line / 2 } else { a_side - 1 - line / 2 }) / f64::from(a_side)
+    };
     DVec2::new(of(part.y), of(part.x))
 }
 

@@ -28,7 +28,7 @@ pub enum DepthConvention {
 
 impl DepthConvention {
     /// Offset and scale with which `offset + scale * value` is the stored depth near / d.
-    pub fn stored_from_value(self, near_m: f64) -> (f64, f64) {
+    pub(crate) fn stored_from_value(self, near_m: f64) -> (f64, f64) {
         match self {
             Self::ReversedInfinite => (0.0, 1.0),
             Self::ConventionalInfinite => (1.0, -1.0),

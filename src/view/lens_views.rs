@@ -2,43 +2,12 @@
 //! found, sorted and uploaded once; a view then draws that with its own eye. It is not a render
 //! bundle: finishing one on a lost device panics (wgpu 30).
 
-use super::Layer;
+use super::eyes::Eyes;
+use super::layers::Layer;
 use super::pipelines::{COLOR, DEPTH_BUFFER, LayerKind, STORED_DEPTH};
-use super::raster::{SceneSource, Shot, Visible, begin_pass};
-use crate::camera::Projection;
+use super::raster::{LensViews, SceneSource, Shot, begin_pass};
 use crate::gpu::{Frame, Piece, Resource};
-use glam::Vec4;
 use std::sync::{Arc, PoisonError};
-
-/// The eyes on a lens, in view space.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Eyes {
-    /// How far from the lens's centre they lie at most, m.
-    pub radius_m: f32,
-    /// Distance at which all of them see the same frame, m; may be infinite.
-    pub focus_m: f32,
-}
-
-impl Eyes {
-    /// How far the sides of a frustum lie from those of the lens's centre at most where this
-    /// sphere (centre, radius) is, m: the sides meet in focus and are apart by the eye's
-    /// distance at the lens.
-    pub(super) fn shift_m(&self, sphere: Vec4) -> f32 {
-        let at = |d: f32| (1.0 - d / self.focus_m).abs();
-        self.radius_m * at(-sphere.z - sphere.w).max(at(-sphere.z + sphere.w))
-    }
-}
-
-/// What the views from a lens have in common.
-pub(super) struct LensViews {
-    projection: Projection,
-    eyes: Eyes,
-    drawn: Visible,
-    bind_group: wgpu::BindGroup,
-    instances: wgpu::Buffer,
-    /// A [`ViewUniform`](super::pipelines::ViewUniform): that of the view which is drawn next.
-    view: wgpu::Buffer,
-}
 
 impl SceneSource {
     /// Draws the nearest layer as one of `eyes` sees it: all that of a shot differs among them
@@ -64,7 +33,7 @@ impl SceneSource {
         layer
     }
 
-    /// The last ones' if they are the same.
+    /// Those of the last call if eyes and projection are the same.
     fn lens_views(&self, frame: &mut Frame<'_>, shot: &Shot<'_>, eyes: Eyes) -> Arc<LensViews> {
         let mut kept = self.lens_views.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(common) = kept.as_ref().filter(|c| c.projection == *shot.projection && c.eyes == eyes) {

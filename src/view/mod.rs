@@ -1,13 +1,15 @@
 //! What a method may ask a scene for.
 //!
-//! Nothing is drawn that nobody asks for; what was drawn is kept until scene, camera,
+//! Layers are drawn when a method asks for them, and cached until scene, camera,
 //! size or overscan changes. The lens is not among them: a lens slider never redraws the
 //! pinhole image. An image with a depth map is a view too: it answers [`View::pinhole`]
 //! and says clearly that it cannot answer the rest.
 
+mod eyes;
 mod fine;
 mod hidden;
 mod import;
+mod layers;
 mod lens_views;
 mod peel;
 mod pipelines;
@@ -21,6 +23,7 @@ mod upload;
 
 pub use fine::FineDrawing;
 pub use import::{DepthConvention, ForeignFrame};
+pub use layers::{Layer, LayerQuery, Shading, SurfaceLayer};
 pub(crate) use peel::copy_to_array_layer;
 pub use peel::{DISOCCLUSION_PX, LayerSeparation, PEELED_LEVELS, PeelOrder, Peeled};
 pub use pipelines::EnvironmentUniform;
@@ -35,73 +38,19 @@ use crate::gpu::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, DepthImage};
 use crate::lens::Lens;
 use crate::uniform;
+use eyes::Eyes;
 use glam::{DVec2, UVec2};
-use lens_views::Eyes;
 use raster::{LensPoint, SceneSource, Shot};
 use std::any::{Any, TypeId};
 use std::collections::HashMap;
 use std::sync::Arc;
-use summary::Known;
 
-/// The largest overscan that is drawn unasked, px.
+/// Largest overscan that is chosen by default, px.
 pub const MAX_AUTO_OVERSCAN_PX: u32 = 96;
-
-/// A layer of surfaces as images of the outer (overscanned) size.
-#[derive(Clone, Debug)]
-pub struct Layer {
-    /// RGBA16F: linear radiance, alpha 1 where the layer has a surface (or the background)
-    /// and 0 elsewhere.
-    pub color: Texture,
-    /// R32F: stored depth z = near / d, 0 where there is nothing or the background.
-    pub depth: Texture,
-}
-
-/// A layer of surfaces with what they are made of, as images of the outer size; all RGBA16F but
-/// `depth`, all 0 where the layer has no surface.
-#[derive(Clone, Debug)]
-pub struct SurfaceLayer {
-    /// As [`Layer::color`]: what the centre of the lens sees.
-    pub color: Texture,
-    /// As [`Layer::depth`].
-    pub depth: Texture,
-    /// Base colour; alpha is the roughness.
-    pub base_roughness: Texture,
-    /// Shading normal in view space, 0 where light plays no part; alpha is the metalness.
-    pub normal_metallic: Texture,
-}
-
-/// What `shaders/lib/shading.wgsl` needs beside a surface.
-#[derive(Clone, Debug)]
-pub struct Shading {
-    /// `Environment` there.
-    pub environment: EnvironmentUniform,
-    /// A storage array of `Light`.
-    pub lights: Buffer,
-}
-
-/// Which surfaces a layer holds: per pixel, the nearest that satisfies both bounds.
-#[derive(Clone, Copy, Debug)]
-pub struct LayerQuery<'a> {
-    /// Greatest stored depth z in the layer: 1 is the near plane.
-    pub z_near: f32,
-    /// Least stored depth z: 0 is infinity, with the background.
-    pub z_far: f32,
-    /// R32F of the outer size: the layer holds what has z *below* this, per pixel; a value
-    /// of 0 or less holds nothing.
-    pub below: Option<&'a Texture>,
-}
-
-impl LayerQuery<'_> {
-    /// Everything: the pinhole image.
-    pub const NEAREST: LayerQuery<'static> = LayerQuery { z_near: 1.0, z_far: 0.0, below: None };
-
-    fn is_nearest(&self) -> bool {
-        self.z_near >= 1.0 && self.z_far <= 0.0 && self.below.is_none()
-    }
-}
 
 /// Why a view cannot be made or cannot answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum ViewError {
     /// A view of an image was asked for what only a scene has.
     #[error("an image with a depth map has no {0}: use a scene, or a method that needs the pinhole image only")]
@@ -153,7 +102,7 @@ pub struct View {
     projection: Projection,
     pinhole: Option<Layer>,
     peeled: Option<Peeled>,
-    summary: Known,
+    summary: summary::Known,
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     fine_drawing: Option<FineDrawing>,
@@ -241,7 +190,7 @@ impl View {
             projection,
             pinhole: None,
             peeled: None,
-            summary: Known::default(),
+            summary: summary::Known::default(),
             depth_m: None,
             repaired: Repaired::Counted(0),
             fine_drawing: None,
@@ -401,7 +350,7 @@ impl View {
     }
 
     /// As [`View::layer`], but what its surfaces are made of instead of what they show.
-    pub fn surface_layer(
+    pub(crate) fn surface_layer(
         &mut self,
         frame: &mut Frame<'_>,
         label: &str,
@@ -424,7 +373,7 @@ impl View {
 
     /// Whether [`View::layer`] may find anything between these depths: `false` only where it
     /// certainly would not. Draws nothing.
-    pub fn may_hold(&self, query: &LayerQuery<'_>) -> bool {
+    pub(crate) fn may_hold(&self, query: &LayerQuery<'_>) -> bool {
         match &self.source {
             Source::Image(_) => true,
             Source::Scene(source) => source.may_hold(&self.pinhole_shot(*query)),

@@ -47,7 +47,7 @@ uniform! {
         pub softbox: f32,
         /// Number of lights.
         pub light_count: u32,
-        /// To a multiple of 16 bytes.
+        /// Padding to a multiple of 16 bytes.
         pub _pad: [u32; 2],
     }
 }
@@ -83,7 +83,7 @@ pub(super) struct LightElement {
 }
 
 impl LightElement {
-    /// A light that brings nothing.
+    /// A light without intensity.
     pub(super) const NONE: Self = Self {
         position: [0.0; 3],
         inverse_range: 0.0,
@@ -96,7 +96,7 @@ impl LightElement {
     };
 }
 
-/// What tells pipelines of surfaces apart.
+/// Key of a pipeline that draws surfaces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub(super) struct Variant {
     pub masked: bool,
@@ -126,8 +126,8 @@ pub(super) enum Drawn {
     Surfaces(Variant),
     /// The background.
     Sky,
-    /// Nothing, but in front of everything, where the layer is said to hold nothing: what
-    /// is drawn there later is never shaded.
+    /// A depth mask at the near plane where the layer holds nothing: fragments there fail the depth test
+    /// before they are shaded.
     Closed,
 }
 
@@ -415,7 +415,7 @@ fn closed_pipeline(
     pipeline(device, layout, module, ["vs_closed", "fs_closed"], geometry, kind)
 }
 
-/// What vertices are, which of their fragments count and what those write.
+/// Vertex layout, primitive, depth test and colour writes of a pipeline.
 struct Geometry<'a> {
     buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     primitive: wgpu::PrimitiveState,

@@ -1,11 +1,12 @@
 //! Drawing layers of a scene.
 
-use super::lens_views::{Eyes, LensViews};
+use super::Tone;
+use super::eyes::Eyes;
+use super::layers::{Layer, LayerQuery, Shading, SurfaceLayer};
 use super::pipelines::{
     COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, Variant, ViewUniform,
 };
 use super::upload::{DrawItem, GpuScene};
-use super::{Layer, LayerQuery, Shading, SurfaceLayer, Tone};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Buffer, Frame, Resource, Texture};
 use crate::scene::{Environment, LightKind};
@@ -26,6 +27,17 @@ pub(super) struct SceneSource {
     spheres: Vec<Vec4>,
     /// What the last views from a lens have in common.
     pub(super) lens_views: Mutex<Option<Arc<LensViews>>>,
+}
+
+/// What the views from a lens have in common.
+pub(super) struct LensViews {
+    pub(super) projection: Projection,
+    pub(super) eyes: Eyes,
+    pub(super) drawn: Visible,
+    pub(super) bind_group: wgpu::BindGroup,
+    pub(super) instances: wgpu::Buffer,
+    /// A [`ViewUniform`]: that of the view which is drawn next.
+    pub(super) view: wgpu::Buffer,
 }
 
 /// From where, and which surfaces.

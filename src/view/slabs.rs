@@ -75,7 +75,7 @@ impl SlabShot<'_> {
 impl View {
     /// Writes to `nearest`, a u32 for each texel of each slab of the shot, that held 0, the
     /// bits of the greatest stored depth in the slab plus 1. Errors for an image.
-    pub fn draw_slab_depths(
+    pub(crate) fn draw_slab_depths(
         &mut self,
         frame: &mut Frame<'_>,
         shot: &SlabShot<'_>,
@@ -87,7 +87,7 @@ impl View {
 
     /// Writes what surfaces at `depths` show to the slabs' layers, R32F array: stored depth of
     /// each slab, less than 0 where it is empty. Errors for an image.
-    pub fn draw_slab_surfaces(
+    pub(crate) fn draw_slab_surfaces(
         &mut self,
         frame: &mut Frame<'_>,
         shot: &SlabShot<'_>,

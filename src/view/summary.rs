@@ -1,7 +1,8 @@
-//! What the CPU knows of a pinhole image: passes to record depend on it.
+//! Extremes of a pinhole image (depth, depth steps, radiance), on the CPU: which passes are recorded
+//! depends on them.
 //!
-//! A frame of its own waits for it once after each redraw. One that records for someone
-//! else ([`Recorder`](crate::gpu::Recorder)) may not: there the numbers arrive after the
+//! A frame of its own waits for them once after each redraw. One that records into another program's
+//! encoder ([`Recorder`](crate::gpu::Recorder)) may not: there the numbers arrive after the
 //! host has submitted, and until then the worst is assumed, or what the host promises.
 
 use super::{Layer, View};
@@ -21,7 +22,7 @@ struct Summary {
 }
 
 impl Summary {
-    /// From bits that order as the numbers do: none of them is negative.
+    /// From the bits of numbers that are not negative, which order as the numbers do.
     fn of(bits: &[u32]) -> Self {
         let [low, high, greatest_z_step, brightest] =
             [0, 1, 2, 3].map(|i| f32::from_bits(bits.get(i).copied().unwrap_or(0)));
@@ -34,14 +35,14 @@ impl Summary {
     }
 }
 
-/// Bits of a summary on their way.
+/// A summary whose read-back is pending.
 struct Awaited {
     buffer: wgpu::Buffer,
-    /// Whether they can be read, once that is decided.
+    /// Whether the buffer is mapped, once that is known.
     ready: Arc<OnceLock<bool>>,
 }
 
-/// What is known of the image by now.
+/// What is known of the image so far.
 #[derive(Default)]
 pub(super) struct Known {
     summary: Option<Summary>,

@@ -83,7 +83,7 @@ fn gltf(c: &mut Criterion) {
     let mut group = c.benchmark_group("load glTF");
     for name in ["branches", "cans"] {
         let scene = builtin::builtin(name).expect("a built-in scene");
-        group.throughput(Throughput::Bytes(scene.glb.len() as u64));
+        group.throughput(Throughput::Bytes(scene.glb().len() as u64));
         group.bench_function(name, |b| b.iter(|| black_box(scene).load().expect("a sound file")));
     }
     group.finish();

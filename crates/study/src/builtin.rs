@@ -13,8 +13,8 @@ pub struct Builtin {
     pub name: &'static str,
     /// What there is to see, in one sentence.
     pub about: &'static str,
-    /// The binary glTF file.
-    pub glb: &'static [u8],
+    /// The binary glTF file, deflated by `build.rs`: it takes half the room.
+    deflated_glb: &'static [u8],
 }
 
 impl Builtin {
@@ -24,7 +24,12 @@ impl Builtin {
     ///
     /// Those of [`gltf::load_bytes`]; none for the files as they are committed.
     pub fn load(&self) -> Result<Scene, SceneError> {
-        gltf::load_bytes(self.name, self.glb)
+        gltf::load_bytes(self.name, &self.glb())
+    }
+
+    /// The binary glTF file.
+    pub fn glb(&self) -> Vec<u8> {
+        miniz_oxide::inflate::decompress_to_vec(self.deflated_glb).expect("the build deflated it")
     }
 }
 
@@ -44,47 +49,47 @@ static ALL: [Builtin; 9] = [
     Builtin {
         name: "cans",
         about: "Labelled cans on a counter before a brick wall: focus near, blur behind.",
-        glb: include_bytes!("../../../assets/scenes/cans.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/cans.glb.deflated")),
     },
     Builtin {
         name: "atrium",
         about: "A two-storey colonnade of over a million triangles: focus far, a column blurred right before the lens.",
-        glb: include_bytes!("../../../assets/scenes/atrium.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/atrium.glb.deflated")),
     },
     Builtin {
         name: "branches",
         about: "Two thin branches that cross, one on each side of the focus, before leaves and a wall.",
-        glb: include_bytes!("../../../assets/scenes/branches.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/branches.glb.deflated")),
     },
     Builtin {
         name: "highlights",
         about: "A wet street at night: small lights a hundred times brighter than white, at all depths.",
-        glb: include_bytes!("../../../assets/scenes/highlights.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/highlights.glb.deflated")),
     },
     Builtin {
         name: "herd",
         about: "Elephants at many depths on dry ground.",
-        glb: include_bytes!("../../../assets/scenes/herd.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/herd.glb.deflated")),
     },
     Builtin {
         name: "mirrors",
         about: "Polished metal at many depths: reflections that change with the point of the lens.",
-        glb: include_bytes!("../../../assets/scenes/mirrors.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/mirrors.glb.deflated")),
     },
     Builtin {
         name: "handrail",
         about: "One rail and its balusters through all depths from half a metre to fifteen.",
-        glb: include_bytes!("../../../assets/scenes/handrail.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/handrail.glb.deflated")),
     },
     Builtin {
         name: "fence",
         about: "What is hard: a cut-out fence through the focus, wires a millimetre thick, lamps half behind a near post.",
-        glb: include_bytes!("../../../assets/scenes/fence.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/fence.glb.deflated")),
     },
     Builtin {
         name: "glasshouse",
         about: "What is seen through: panes, bottles, smoke and leaves with soft edges, before and behind the focus.",
-        glb: include_bytes!("../../../assets/scenes/glasshouse.glb"),
+        deflated_glb: include_bytes!(concat!(env!("OUT_DIR"), "/glasshouse.glb.deflated")),
     },
 ];
 

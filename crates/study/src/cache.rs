@@ -10,9 +10,9 @@ use defocus::image_io::{self, ImageError};
 use defocus::lens::Lens;
 use defocus::scene::Scene;
 use defocus::view::View;
-use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use xxhash_rust::xxh3::Xxh3Default;
 
 /// Entries kept; the oldest beyond are removed. Enough for a table of nine scenes, four CoCs
 /// and two sizes; at 1024x768 they take about a gigabyte.
@@ -24,9 +24,21 @@ pub struct ReferenceCache {
     folder: PathBuf,
 }
 
-/// Names an entry.
+/// Names an entry: XXH3 of 128 bits, which has a specification. The standard library's hash may change
+/// with the compiler, and with it the names of all entries.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct CacheKey(u64);
+pub struct CacheKey(u128);
+
+/// What a key is made of, part by part.
+struct Parts(Xxh3Default);
+
+impl Parts {
+    /// Adds a part. Its length comes first, so that parts cannot run into each other.
+    fn add(&mut self, part: &[u8]) {
+        self.0.update(&(part.len() as u64).to_le_bytes());
+        self.0.update(part);
+    }
+}
 
 /// What an entry says besides its pixels.
 #[derive(serde::Serialize, serde::Deserialize)]
@@ -38,39 +50,42 @@ struct Entry {
 impl CacheKey {
     /// The key of a view's reference.
     pub fn new(source: &GpuSource, view: &View, lens: &Lens, request: &ReferenceRequest) -> Self {
-        let mut state = DefaultHasher::new();
-        env!("DEFOCUS_REFERENCE_CODE").hash(&mut state);
-        source.gpu().adapter().name.hash(&mut state);
+        let mut parts = Parts(Xxh3Default::new());
+        parts.add(env!("DEFOCUS_REFERENCE_CODE").as_bytes());
+        parts.add(source.gpu().adapter().name.as_bytes());
         if let Source::Scene(scene) = source.source() {
-            hash_scene(scene, &mut state);
+            add_scene(scene, &mut parts);
         }
         // Debug output of floats round-trips, so it tells apart what differs.
         let projection = view.projection();
         let frame = (projection.size, projection.focal_px, projection.axis_px, projection.near_m);
-        format!("{:?} {frame:?} {lens:?} {:?}", view.camera(), source.options()).hash(&mut state);
+        parts.add(format!("{:?} {frame:?} {lens:?} {:?}", view.camera(), source.options()).as_bytes());
         let convergence = (request.samples, request.view_dependent, request.display);
-        format!("{} {convergence:?}", request.reference.id()).hash(&mut state);
-        Self(state.finish())
+        parts.add(format!("{} {convergence:?}", request.reference.id()).as_bytes());
+        Self(parts.0.digest128())
     }
 }
 
 /// All that an image of the scene depends on.
-fn hash_scene(scene: &Scene, state: &mut DefaultHasher) {
+fn add_scene(scene: &Scene, parts: &mut Parts) {
     for mesh in &scene.meshes {
-        (mesh.material, mesh.vertices.len(), &mesh.indices).hash(state);
+        parts.add(format!("{:?} {}", mesh.material, mesh.vertices.len()).as_bytes());
+        parts.add(bytemuck::cast_slice(&mesh.indices));
         for v in &mesh.vertices {
             for floats in [&v.position.to_array()[..], &v.normal.to_array(), &v.tangent.to_array()] {
-                state.write(bytemuck::cast_slice(floats));
+                parts.add(bytemuck::cast_slice(floats));
             }
             for floats in [&v.uv.to_array()[..], &v.uv1.to_array(), &v.color.to_array()] {
-                state.write(bytemuck::cast_slice(floats));
+                parts.add(bytemuck::cast_slice(floats));
             }
         }
     }
     for texture in &scene.textures {
-        (texture.size, texture.srgb, texture.wrap, &texture.rgba8).hash(state);
+        parts.add(format!("{:?} {} {:?}", texture.size, texture.srgb, texture.wrap).as_bytes());
+        parts.add(bytemuck::cast_slice(&texture.rgba8));
     }
-    format!("{:?} {:?} {:?} {:?}", scene.instances, scene.materials, scene.lights, scene.environment).hash(state);
+    let rest = (&scene.instances, &scene.materials, &scene.lights, &scene.environment);
+    parts.add(format!("{rest:?}").as_bytes());
 }
 
 /// The truth of `view` from `cache` if it is there, else rendered and kept there. With it
@@ -107,7 +122,8 @@ impl ReferenceCache {
 
     /// The cache in the user's own cache directory; `None` where the system names none.
     pub fn of_user() -> Option<Self> {
-        let variable = |name| std::env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
+        // A relative path counts as none (XDG Base Directory Specification).
+        let variable = |name| std::env::var_os(name).map(PathBuf::from).filter(|path| path.is_absolute());
         let base = if cfg!(windows) {
             variable("LOCALAPPDATA")
         } else if cfg!(target_os = "macos") {
@@ -145,7 +161,7 @@ impl ReferenceCache {
     }
 
     fn file(&self, key: CacheKey, extension: &str) -> PathBuf {
-        self.folder.join(format!("{:016x}.{extension}", key.0))
+        self.folder.join(format!("{:032x}.{extension}", key.0))
     }
 
     fn prune(&self) -> std::io::Result<()> {

@@ -140,6 +140,13 @@ pub enum Source {
     Image(Arc<RgbdScene>),
 }
 
+/// What methods are given of a generated scene.
+impl From<&gauntlet::SceneSpec> for Source {
+    fn from(spec: &gauntlet::SceneSpec) -> Self {
+        if spec.as_image { Self::Image(Arc::new(spec.image())) } else { Self::Scene(Arc::new(spec.scene())) }
+    }
+}
+
 impl Source {
     /// Opens a built-in scene by name, one of the [gauntlet] by its
     /// name or its `.ron` file, a `.glb` or `.gltf` file, or an image with depth.
@@ -166,7 +173,7 @@ impl Source {
             return Err(SourceError::DepthOfScene { spec: spec.into() });
         }
         if let Some(generated) = generated {
-            return Ok(generated.source());
+            return Ok(Self::from(&generated));
         }
         if let Some(picture) = builtin::pictures().iter().find(|p| p.name == spec) {
             return Ok(Self::Image(Arc::new(picture.load())));
@@ -175,7 +182,7 @@ impl Source {
             (Some(builtin), _) => Ok(Self::Scene(Arc::new(builtin.load()?))),
             (None, "ron") => {
                 let spec_file = |source| SourceError::SpecFile { path: path.into(), source };
-                Ok(gauntlet::SceneSpec::read(path).map_err(spec_file)?.source())
+                Ok(Self::from(&gauntlet::SceneSpec::read(path).map_err(spec_file)?))
             }
             (None, "glb" | "gltf") => Ok(Self::Scene(Arc::new(gltf::load(path)?))),
             (None, extension) if IMAGE_EXTENSIONS.contains(&extension) => {

@@ -187,6 +187,38 @@ fn a_white_point_keeps_its_energy_where_light_is_spread() {
     }
 }
 
+/// Greatest relative error of the blur's standard deviation for a lone white point at a CoC of 6 to 16 px.
+/// What a method is allowed to miss follows from how it was published; all others are held to the lens.
+fn width_tolerance(id: &str) -> f64 {
+    match id {
+        // Its blurred copy alone is as wide as a disc of 14 px, and its taps spread 1.6 times as far
+        // as the CoC: at 6 px that is 2.3 times the lens.
+        "preblur" => 1.5,
+        // A point is hit by one ray of a hundred: its disc at 12 px is some sixteen pixels, whose
+        // mean square distance has a standard error of 1 / sqrt(16).
+        "lens-layers" => 0.25,
+        // A square of side C has C / sqrt(12) where the disc has C / 4: 1.155 times as much, and 1/12 px^2
+        // for each of its pixels.
+        "separable" => 0.2,
+        // Half resolution: at 6 px a texel of 2 px adds 4/12 px^2 to 2.25 px^2, 7 %, and so does its read.
+        "gather" => 0.15,
+        // Where a point lies on the pyramid's grid decides how wide its own image is: the mean over
+        // all places is the lens's (`planes_are_blurred_as_wide_as_the_lens_blurs_them` in tests/opaque.rs).
+        "opaque" | "pyramid" => 0.14,
+        // 64 lens points stand for the lens: their own standard deviation is uncertain by 1 / sqrt(4 * 64).
+        "multiview" => 0.08,
+        // 1 % in the mean over all places of a point on the pyramid's grid (docs/results.md), more at one.
+        "mipmap" => 0.05,
+        // The spots of black neighbours that are drawn later cover the point's own, most in its middle.
+        "scatter" => 0.05,
+        // The pixels that the disc covers, as below, and 1 % for circles of 100 points a pixel.
+        "linear" => 0.03,
+        // The lens, and the pixel that each point of the disc covers: 1/12 px^2 of 2.25 px^2, half of
+        // which is its share of the standard deviation: 1.9 %.
+        _ => 0.025,
+    }
+}
+
 #[test]
 fn a_white_point_spreads_as_wide_as_the_lens() {
     let lens = lens(24.0);
@@ -205,7 +237,7 @@ fn a_white_point_spreads_as_wide_as_the_lens() {
             let (mx, my) = (moment(&|x, _| x) / total, moment(&|_, y| y) / total);
             let variance = moment(&|x, y| (x - mx).powi(2) + (y - my).powi(2)) / total / 2.0;
             let wanted = lens.aperture.sigma_per_coc() * c_px.abs();
-            let limit = method.about().width_tolerance;
+            let limit = width_tolerance(method.about().id);
             let error = variance.sqrt() / wanted - 1.0;
             assert!(error.abs() < limit, "{} at c = {c_px}: sigma {} of {wanted}", method.about().id, variance.sqrt());
         }

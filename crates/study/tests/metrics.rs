@@ -8,8 +8,9 @@
 //! definition (8 x 8 blocks, sums in place of variances), so only its RMS is used.
 
 use defocus::colormap::ColorMap;
-use defocus::display::{Display, ToneMap, srgb_decode, srgb_encode};
+use defocus::display::{Display, ToneMap};
 use defocus::image::{ColorImage, Image};
+use defocus::image_io::srgb::{linear_from_srgb_f32, srgb_from_linear_f32};
 use defocus::viewing::Viewing;
 use defocus_study::metrics::{
     CompareOptions, DEFAULT_PIXELS_PER_DEGREE, MetricsError, abs_error_map, compare, defocused_mask, flip_map,
@@ -31,7 +32,7 @@ fn distorted(x: u32, y: u32) -> [u32; 3] {
 }
 
 fn linear_image(f: impl Fn(u32, u32) -> [u32; 3]) -> ColorImage {
-    Image::from_fn(SIZE, |x, y| Vec3::from(f(x, y).map(|c| srgb_decode(c as f32 / 255.0))))
+    Image::from_fn(SIZE, |x, y| Vec3::from(f(x, y).map(|c| linear_from_srgb_f32(c as f32 / 255.0))))
 }
 
 /// Highlights of up to 25 on a third of the tiles.
@@ -143,7 +144,7 @@ fn psnr_agrees_with_image_compare() {
 #[test]
 fn constant_differences_have_closed_forms() {
     // Encoded values 0.5 and 0.6.
-    let of = |encoded: f32| Image::filled(SIZE, Vec3::splat(srgb_decode(encoded)));
+    let of = |encoded: f32| Image::filled(SIZE, Vec3::splat(linear_from_srgb_f32(encoded)));
     let (test, reference) = (of(0.6), of(0.5));
     let metrics = compare(&test, &reference, &CompareOptions::default()).unwrap();
     // f32 rounding of 0.1: 1e-6 relative.
@@ -151,7 +152,7 @@ fn constant_differences_have_closed_forms() {
     close(metrics.worst_block_psnr_db.unwrap(), 20.0, 1e-4);
     // No variance: only the luminance term is left.
     close(metrics.ssim.unwrap(), (2.0 * 0.3 + 1e-4) / (0.25 + 0.36 + 1e-4), 1e-5);
-    let (a, b) = (f64::from(srgb_decode(0.6)), f64::from(srgb_decode(0.5)));
+    let (a, b) = (f64::from(linear_from_srgb_f32(0.6)), f64::from(linear_from_srgb_f32(0.5)));
     close(metrics.rel_mse, (a - b).powi(2) / (b * b + 0.01), 1e-9);
     let map = abs_error_map(&test, &reference, Display::default()).unwrap();
     assert!(map.pixels.iter().all(|p| (*p - 0.1).abs().max_element() < 1e-6));
@@ -233,7 +234,7 @@ fn the_worst_block_is_found() {
     // to 8 x 4 px.
     test.pixels.iter_mut().for_each(|p| *p += 0.001);
     let spot = (SIZE.x * SIZE.y - 1) as usize;
-    test.pixels[spot] = Vec3::splat(srgb_decode(srgb_encode(0.5) - 0.25));
+    test.pixels[spot] = Vec3::splat(linear_from_srgb_f32(srgb_from_linear_f32(0.5) - 0.25));
     let metrics = compare(&test, &reference, &CompareOptions::default()).unwrap();
     assert_eq!(metrics.worst_block, Some(uvec2(40, 32)));
     // One of 32 pixels is wrong by a quarter; the others add 1e-6 to the mean of 2e-3.
@@ -267,11 +268,11 @@ fn mistakes_are_named() {
 #[test]
 fn srgb_is_that_of_the_standard() {
     for (linear, encoded) in [(0.0, 0.0), (0.003_130_8, 0.040_449_9), (0.214_041_14, 0.5), (1.0, 1.0)] {
-        close(f64::from(srgb_encode(linear)), encoded, 1e-6);
+        close(f64::from(srgb_from_linear_f32(linear)), encoded, 1e-6);
     }
     for step in 0..=1000 {
         let value = step as f32 / 1000.0;
-        close(f64::from(srgb_decode(srgb_encode(value))), f64::from(value), 1e-6);
+        close(f64::from(linear_from_srgb_f32(srgb_from_linear_f32(value))), f64::from(value), 1e-6);
     }
 }
 

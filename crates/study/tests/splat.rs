@@ -5,9 +5,9 @@ mod common;
 
 use common::{front_camera, gpu, quad, textured, unlit};
 use defocus::aperture::Aperture;
-use defocus::display::{srgb_decode, srgb_encode};
 use defocus::gpu::{FrameStats, Gpu, Texture, download, download_depth};
 use defocus::image::{ColorImage, DepthImage, Image};
+use defocus::image_io::srgb::{linear_from_srgb_f32, srgb_from_linear_f32};
 use defocus::lens::Lens;
 use defocus::methods::sprites::SpriteTable;
 use defocus::methods::{self, Accumulation, Method, Splat};
@@ -143,19 +143,19 @@ fn highlights_follow_equation_8() {
     // Sharp pixels, but for one that keeps the image from being in focus as a whole: each the
     // linear value of what an image of 8 bits stores.
     let grey = |x: u32| x as f32 / 20.0;
-    let color = Image::from_fn(size, |x, _| Vec3::splat(srgb_decode(grey(x))));
+    let color = Image::from_fn(size, |x, _| Vec3::splat(linear_from_srgb_f32(grey(x))));
     let depth = Image::from_fn(size, |x, y| if (x, y) == (0, 0) { f32::INFINITY } else { 2.0 });
     let splat = Splat { highlights: true, ..Splat::default() };
     let image = render_image(&splat, &color, &depth, &lens).image;
     for x in 8..24 {
         let above = f64::from((grey(x) - 0.8) / 0.2).clamp(0.0, 1.0);
         let wanted = f64::from(grey(x)) * (1.0 - above.powi(3) + above.powi(3) * 2.0);
-        let got = f64::from(srgb_encode(image.at(x, 6).x));
+        let got = f64::from(srgb_from_linear_f32(image.at(x, 6).x));
         assert!((got / wanted - 1.0).abs() < 4e-3, "{} becomes {got}, not {wanted}", grey(x));
     }
     // In numbers: stored 0.90 and 0.95 are multiplied by 1.125 and 1.42.
     for (x, factor) in [(18, 1.125), (19, 1.421_875)] {
-        let got = srgb_encode(image.at(x, 6).x) / grey(x);
+        let got = srgb_from_linear_f32(image.at(x, 6).x) / grey(x);
         assert!((got / factor - 1.0).abs() < 4e-3, "{} is multiplied by {got}, not {factor}", grey(x));
     }
 }

@@ -7,9 +7,9 @@ mod common;
 use common::{front_camera, gpu, lens, quad, scene, textured};
 use defocus::camera::Camera;
 use defocus::combine::{self, Channel};
-use defocus::display::{srgb_decode, srgb_encode};
 use defocus::gpu::{download, download_rgba8, upload};
 use defocus::image::{ColorImage, Image};
+use defocus::image_io::srgb::{linear_from_srgb_f32, srgb_from_linear_f32};
 use defocus::lens::Lens;
 use defocus::methods::{self, Accumulation, Method};
 use defocus::present;
@@ -151,9 +151,9 @@ fn pictures_stand_side_by_side_or_become_an_anaglyph() {
     assert_eq!(parallel.crop(UVec2::ZERO, uvec2(16, 8)), eyes[0]);
     assert_eq!(parallel.crop(uvec2(16, 0), uvec2(16, 8)), eyes[1]);
     assert_eq!(crossed.crop(UVec2::ZERO, uvec2(16, 8)), eyes[1]);
-    let linear = |p: [u8; 4]| Vec3::from_array([0, 1, 2].map(|i| srgb_decode(f32::from(p[i]) / 255.0)));
+    let linear = |p: [u8; 4]| Vec3::from_array([0, 1, 2].map(|i| linear_from_srgb_f32(f32::from(p[i]) / 255.0)));
     let steps = |p: [u8; 4], expected: Vec3| {
-        let encoded = expected.to_array().map(|v| 255.0 * srgb_encode(v));
+        let encoded = expected.to_array().map(|v| 255.0 * srgb_from_linear_f32(v));
         (0..3).map(|i| (f32::from(p[i]) - encoded[i]).abs()).fold(0.0, f32::max)
     };
     for (layout, image) in [(Layout::Anaglyph, &dubois), (Layout::GreyAnaglyph, &grey)] {

@@ -47,7 +47,6 @@ impl Method for Broken {
             conserves_energy: true,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.0,
         }
     }
 

@@ -12,7 +12,7 @@ use glam::{UVec2, Vec3, uvec2, vec3};
 
 /// Linear values whose sRGB encoding is `encoded`.
 fn decoded(encoded: Vec3) -> Vec3 {
-    Vec3::from_array(encoded.to_array().map(defocus::display::srgb_decode))
+    Vec3::from_array(encoded.to_array().map(defocus::image_io::srgb::linear_from_srgb_f32))
 }
 
 /// The pattern of the corpus by which the port was checked against the authors' program

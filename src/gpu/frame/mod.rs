@@ -14,11 +14,10 @@ use super::arena::{Arena, Piece};
 use super::bind_groups::Resource;
 use super::kernel::{Build, Kernel};
 use super::reads::READS_BINDING;
-use super::wgsl::{Precision, Shader, Uniform};
+use super::wgsl::{Precision, Uniform};
 use super::{Buffer, Gpu, Texture};
 use cpu_time::ProcessTime;
 use glam::UVec2;
-use passes::{Bound, EXPECTED_BINDINGS};
 use std::collections::BTreeMap;
 use std::fmt::Display;
 use std::sync::{Arc, OnceLock};
@@ -58,7 +57,7 @@ impl FrameStats {
 enum Encoder<'g> {
     /// The frame submits it.
     Own(wgpu::CommandEncoder),
-    /// Someone else's, who submits it.
+    /// Of another program, which submits it.
     Host(&'g mut wgpu::CommandEncoder),
     /// It was submitted: the frame ends.
     Gone,
@@ -144,8 +143,8 @@ impl<'g> Frame<'g> {
     }
 
     /// From now on takes the GPU's times of each pass, where the adapter has usable
-    /// timestamps. Passes then cannot share what the GPU does at their ends: only ask where
-    /// someone reads the times.
+    /// timestamps. The GPU then finishes each pass before it starts the next: ask only where the
+    /// times are read.
     pub fn time_passes(&mut self) {
         if let Timer::None = self.timer
             && let Some(queries) = self.gpu.take_queries()
@@ -155,7 +154,7 @@ impl<'g> Frame<'g> {
     }
 
     /// Whether the frame may submit what it has recorded and wait for it; one that records
-    /// for someone else ([`Recorder`]) may not.
+    /// into another program's encoder ([`Recorder`]) may not.
     pub fn may_wait(&self) -> bool {
         matches!(self.encoder, Encoder::Own(_))
     }
@@ -175,27 +174,6 @@ impl<'g> Frame<'g> {
         self.texture(label, size, self.precision.format())
     }
 
-    /// Starts a compute pass with the entry point `entry`, labelled with its name.
-    pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &'static str) -> Pass<'f, 'g> {
-        let kernel = self.gpu.0.kernels.compute(shader, entry, self.build());
-        Pass { frame: self, entry, label: None, kernel, bound: Vec::with_capacity(EXPECTED_BINDINGS) }
-    }
-
-    /// Starts a draw with vertex and fragment entry points; vertices come from storage
-    /// buffers or from the vertex index. Labelled with the fragment entry's name.
-    pub fn draw<'f>(&'f mut self, shader: &'f Shader, vertex: &'static str, fragment: &'static str) -> Draw<'f, 'g> {
-        let topology = wgpu::PrimitiveTopology::TriangleList;
-        Draw {
-            frame: self,
-            shader,
-            entries: [vertex, fragment],
-            topology,
-            bound: Vec::with_capacity(EXPECTED_BINDINGS),
-            uniform_checks: Vec::new(),
-            targets: Vec::new(),
-        }
-    }
-
     fn build(&self) -> Build {
         Build { precision: self.precision, counts_reads: self.reads.is_some() }
     }
@@ -209,7 +187,7 @@ impl<'g> Frame<'g> {
     }
 
     /// What a kernel binds: `bound`, and what counts its texture reads, if that is wanted.
-    fn with_reads(&mut self, kernel: &Kernel, mut bound: Vec<Bound>) -> Vec<Bound> {
+    fn with_reads(&mut self, kernel: &Kernel, mut bound: Vec<passes::Bound>) -> Vec<passes::Bound> {
         if let Some(reads) = self.reads.clone().filter(|_| kernel.counts_reads()) {
             bound.push((READS_BINDING, self.used(&reads)));
         }
@@ -265,7 +243,7 @@ impl<'g> Frame<'g> {
         self.exposed.get_or_insert_default();
     }
 
-    /// Whether someone wants to look: then a method may write more than it needs itself.
+    /// Whether intermediate textures are asked for: then a method may write more than it needs itself.
     pub fn keeps_intermediates(&self) -> bool {
         self.exposed.is_some()
     }
@@ -275,7 +253,7 @@ impl<'g> Frame<'g> {
         self.exposed.take().unwrap_or_default()
     }
 
-    /// Offers an intermediate texture to whoever wants to look at it; free if no one does.
+    /// Offers an intermediate texture for display; costs nothing where none is asked for.
     /// The name is only written out then: `format_args!` costs nothing.
     pub fn expose(&mut self, name: impl Display, texture: &Texture) {
         if let Some(exposed) = &mut self.exposed {
@@ -350,7 +328,7 @@ impl<'g> Frame<'g> {
         }
     }
 
-    /// What was recorded so far, ready to be submitted; nothing of someone else's encoder.
+    /// What was recorded so far, ready to be submitted; `None` of another program's encoder.
     fn take_commands(&mut self) -> Option<wgpu::CommandBuffer> {
         self.open = None;
         self.arena.write(self.gpu.queue());
@@ -360,7 +338,7 @@ impl<'g> Frame<'g> {
     }
 
     /// Submits what was recorded so far and goes on with an empty encoder. Does nothing
-    /// where someone else submits ([`Frame::may_wait`]).
+    /// where another program submits ([`Frame::may_wait`]).
     pub fn flush(&mut self) {
         self.close_host_time();
         let commands = self.take_commands();
@@ -373,7 +351,7 @@ impl<'g> Frame<'g> {
         self.end()
     }
 
-    /// Ends the frame: submits it, unless someone else does.
+    /// Ends the frame: submits it, unless another program does.
     fn end(&mut self) -> Submitted {
         self.open = None;
         let gpu = self.gpu;
@@ -398,7 +376,7 @@ impl<'g> Frame<'g> {
         }
     }
 
-    /// Submits the commands, or leaves that to whom they belong to, and has `ready` set
+    /// Submits the commands, or leaves that to the owner of the encoder, and has `ready` set
     /// when they are done and `times` can be read.
     fn submit(&mut self, times: Option<&wgpu::Buffer>, ready: &Arc<OnceLock<Duration>>) {
         self.open = None;
@@ -441,8 +419,8 @@ impl<'g> Frame<'g> {
 }
 
 impl Drop for Frame<'_> {
-    /// A frame that is given up has no effect; but what was recorded for someone else runs
-    /// when they submit it, with the data that it was recorded with.
+    /// A frame dropped before its end has no effect. Commands in another program's encoder run
+    /// when that is submitted, with the data that they were recorded with.
     fn drop(&mut self) {
         match self.encoder {
             Encoder::Gone => {}
@@ -456,8 +434,8 @@ impl Drop for Frame<'_> {
     }
 }
 
-/// A frame in an encoder that belongs to someone else, an engine whose own scene may be in
-/// it: a [`Frame`] to all that records, but nothing is submitted or waited for.
+/// A frame in the encoder of another program, such as an engine that draws its own scene into it.
+/// Passes are recorded as in any [`Frame`], but nothing is submitted or waited for.
 ///
 /// What methods want to know of the view's depths arrives after the encoder was submitted;
 /// until then they assume the worst, unless the caller says how near and far the scene is:

@@ -12,10 +12,33 @@ use std::fmt::Display;
 use std::sync::Arc;
 
 /// Bindings that a pass has room for from the start.
-pub(super) const EXPECTED_BINDINGS: usize = 12;
+const EXPECTED_BINDINGS: usize = 12;
 
 /// A resource under its name in the shader.
 pub(super) type Bound = (&'static str, Resource);
+
+impl<'g> Frame<'g> {
+    /// Starts a compute pass with the entry point `entry`, labelled with its name.
+    pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &'static str) -> Pass<'f, 'g> {
+        let kernel = self.gpu.0.kernels.compute(shader, entry, self.build());
+        Pass { frame: self, entry, label: None, kernel, bound: Vec::with_capacity(EXPECTED_BINDINGS) }
+    }
+
+    /// Starts a draw with vertex and fragment entry points; vertices come from storage
+    /// buffers or from the vertex index. Labelled with the fragment entry's name.
+    pub fn draw<'f>(&'f mut self, shader: &'f Shader, vertex: &'static str, fragment: &'static str) -> Draw<'f, 'g> {
+        let topology = wgpu::PrimitiveTopology::TriangleList;
+        Draw {
+            frame: self,
+            shader,
+            entries: [vertex, fragment],
+            topology,
+            bound: Vec::with_capacity(EXPECTED_BINDINGS),
+            uniform_checks: Vec::new(),
+            targets: Vec::new(),
+        }
+    }
+}
 
 /// A compute pass being described.
 #[must_use = "a pass does nothing until it is dispatched"]
@@ -67,7 +90,7 @@ macro_rules! binders {
 impl Pass<'_, '_> {
     binders!();
 
-    /// Replaces the pass's label. It is only written out where someone reads it:
+    /// Replaces the pass's label. It is only formatted where labels are read:
     /// `format_args!` costs nothing.
     pub fn label(mut self, label: impl Display) -> Self {
         if self.frame.wants_labels() {

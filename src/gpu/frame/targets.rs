@@ -1,6 +1,6 @@
 //! What draws write to.
 
-/// How fragments meet what is there.
+/// How fragments are blended with the target.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Blend {
     /// They replace it.
@@ -16,7 +16,7 @@ pub enum Blend {
 pub struct Target {
     /// Texel format.
     pub format: wgpu::TextureFormat,
-    /// How fragments meet what is there.
+    /// How fragments are blended with the target.
     pub blend: Blend,
 }
 

@@ -38,7 +38,7 @@ pub struct PassTime {
     pub ms: f64,
 }
 
-/// What times passes.
+/// What measures the time of passes.
 pub(super) enum Timer {
     /// Nothing.
     None,
@@ -59,7 +59,7 @@ pub(super) struct HostTimer {
 pub struct Timings {
     pub(super) gpu: Gpu,
     pub(super) labels: Vec<String>,
-    /// Held until nobody asks any more: no other frame may write to it.
+    /// Held while the times may be asked for: no other frame may write to it.
     pub(super) queries: Option<wgpu::QuerySet>,
     pub(super) buffer: Option<wgpu::Buffer>,
     /// Times of a frame whose passes the host has timed.

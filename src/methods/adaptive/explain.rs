@@ -1,4 +1,4 @@
-//! What the rays of each pixel cost and met, as pictures: for whoever looks.
+//! Debug images: how many rays and texel reads each pixel took, and which layers its rays hit.
 
 use crate::gpu::{Frame, Shader, Texture};
 use crate::methods::{Meaning, Quantity, Scale, tile_lists};

@@ -156,7 +156,6 @@ impl Method for Adaptive {
             conserves_energy: false,
             averages: true,
             samples_lens: true,
-            width_tolerance: 0.025,
         }
     }
 

@@ -54,7 +54,7 @@ pub struct Tiles {
     pub dilated: Buffer,
     /// Inner tiles by class.
     pub lists: TileLists,
-    /// Class / 2 of each inner tile, to look at.
+    /// Class / 2 of each inner tile, as a debug image.
     pub classes: Texture,
     /// Where there is light far brighter than white.
     pub(super) highlights: Option<Highlights>,

@@ -30,6 +30,7 @@
 //! "at" and "behind" are told from the texel's own surface, with ramps in place of steps:
 //! nothing pops as the focus moves.
 
+mod grid;
 mod params;
 mod passes;
 
@@ -53,8 +54,6 @@ impl Method for Gather {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            // Half resolution: at C = 6 px a texel is a third of the disc.
-            width_tolerance: 0.15,
         }
     }
 

@@ -1,7 +1,7 @@
 //! The parameters of `gather`, and what its shader is told.
 
 use super::super::{IN_FOCUS_COC_PX, Param};
-use super::passes::{Grid, Scope};
+use super::grid::{Grid, Scope};
 use crate::aperture::Aperture;
 use crate::lens::Lens;
 use crate::uniform;
@@ -143,7 +143,7 @@ impl Gather {
 
     /// Where taps lie in the unit disc: each stands for the same area, and mirrored they are
     /// the same taps.
-    pub fn ring_points(rings: u32) -> Vec<[f32; 2]> {
+    pub(crate) fn ring_points(rings: u32) -> Vec<[f32; 2]> {
         let ring = |i: u32| {
             let radius = f64::from(i) / (f64::from(rings) + 0.5);
             (0..8 * i).map(move |k| {

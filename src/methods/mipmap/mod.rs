@@ -39,6 +39,7 @@
 //! the level is set so that the second moment of what the pyramid really does equals the
 //! lens's own ("measured"); the paper's constant is the other setting.
 
+mod grid;
 mod params;
 mod passes;
 
@@ -65,7 +66,6 @@ impl Method for Mipmap {
             conserves_energy: false,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.05,
         }
     }
 

@@ -1,7 +1,7 @@
 //! The parameters of `mipmap`, and the numbers that its shaders have of them.
 
 use super::super::{CircleSampling, Circles, IN_FOCUS_COC_PX, Param};
-use super::passes::PyramidGrid;
+use super::grid::PyramidGrid;
 use crate::lens::Lens;
 use crate::uniform;
 use crate::view::View;

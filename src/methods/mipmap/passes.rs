@@ -1,6 +1,7 @@
 //! The passes of `mipmap`.
 
 use super::super::tile_lists::SKIPPED;
+use super::grid::PyramidGrid;
 use super::params::{Mipmap, Params};
 use crate::gpu::{Frame, SamplerKind, Shader, Texture, TextureKey};
 use crate::lens::Lens;
@@ -27,33 +28,6 @@ const TILE_PX: u32 = 8;
 
 /// Workgroups along x at most: `MAX_GROUPS` in `shaders/lib/mipmap_atlas.wgsl`.
 const MAX_GROUPS: u32 = 65535;
-
-/// The pyramids' frame: the image, padded to an even number of texels of the coarsest level and
-/// centred in it. A mirrored image has the mirrored pyramid, and the texels of a level lie alike however
-/// many levels there are: the image's centre is a border of texels on all of them.
-pub(super) struct PyramidGrid {
-    /// Number of levels, from the paper's level 1 on.
-    pub(super) levels: u32,
-    /// Size of level 1, texels.
-    pub(super) size: UVec2,
-    /// Level-0 texels left of and above the image.
-    pub(super) padding: UVec2,
-}
-
-impl PyramidGrid {
-    fn new(image: UVec2, levels: u32) -> Self {
-        let padded = image.map(|side| side.next_multiple_of(2 << levels));
-        Self { levels, size: padded / 2, padding: (padded - image) / 2 }
-    }
-
-    fn level_size(&self, level: u32) -> UVec2 {
-        (self.size >> level).max(UVec2::ONE)
-    }
-
-    fn key(&self, layers: u32, format: wgpu::TextureFormat) -> TextureKey {
-        TextureKey { size: self.size, levels: self.levels, layers, format }
-    }
-}
 
 /// Levels up to the one whose texels are four images wide: coarser ones hold nothing but
 /// the stretched border, and would make a small image's pyramid vast.

@@ -32,7 +32,6 @@ use nbuffer::{NBuffer, window_side};
 use slabs::{DEPTH, EXPLAINED, MAX_SLABS, Slabs, SlabsKey};
 
 const SHADER: Shader = shader!("methods/multiview");
-const SLAB_SHADER: Shader = shader!("methods/multiview_slabs");
 
 /// Multiview synthesis with the paper's choices as parameters.
 #[derive(Clone, Debug)]
@@ -153,7 +152,6 @@ impl Method for Multiview {
             conserves_energy: false,
             averages: true,
             samples_lens: true,
-            width_tolerance: 0.08,
         }
     }
 

@@ -3,7 +3,7 @@
 //! any square up to twice their side, so each slab keeps the one level that its greatest
 //! CoC asks for.
 
-use super::{SLAB_SHADER, Slabs};
+use super::slabs::{SLAB_SHADER, Slabs};
 use crate::gpu::{Frame, Texture, TextureKey};
 use crate::uniform;
 use crate::view::View;

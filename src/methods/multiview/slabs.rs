@@ -1,11 +1,14 @@
 //! The scene cut into slabs: sections 4.1 and 4.2.
 
-use super::{MethodError, SLAB_SHADER};
 use crate::gpu::{Buffer, Frame, Shader, Texture, TextureKey};
+use crate::methods::MethodError;
 use crate::view::{Layer, LayerQuery, LayerSeparation, MAX_SLABS_AT_ONCE, SlabArrays, SlabShot, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 use std::sync::Arc;
+
+/// The passes that make slabs, and those of their N-buffers.
+pub(super) const SLAB_SHADER: Shader = shader!("methods/multiview_slabs");
 
 /// Most slabs that a tracer takes: bits of its mask and entries of its uniform.
 pub(super) const MAX_SLABS: u32 = 16;
@@ -125,7 +128,7 @@ impl Slabs {
         Ok(slabs)
     }
 
-    /// What is in the slabs, for whoever looks: also of slabs that are kept.
+    /// Debug images of the slabs, also of cached ones.
     fn expose(&self, frame: &mut Frame<'_>, view: &View) {
         frame.expose(DEPTH, &self.depth);
         frame.expose(COLOR, &self.color);

@@ -133,7 +133,6 @@ impl Method for Splat {
             conserves_energy: true,
             averages: true,
             samples_lens: false,
-            width_tolerance: 0.025,
         }
     }
 

@@ -87,6 +87,7 @@ impl DepthKind {
 
 /// Why numbers and encoding do not go together.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
 pub enum EncodingError {
     /// A scale that is not positive.
     #[error("the depth scale is {per_unit} metres per unit; it must be a positive number (--depth-scale)")]

@@ -128,7 +128,7 @@ pub fn examine(
         false => None,
     };
     let mut seconds = BTreeMap::from([(REFERENCE, start.elapsed().as_secs_f64())]);
-    let mut view = match spec.source() {
+    let mut view = match Source::from(spec) {
         Source::Scene(_) => of_scene,
         Source::Image(image) => View::of_image(gpu, &image.color, &image.depth, image.fov_y)?,
     };

@@ -3,7 +3,6 @@
 //! Small enough to be printed, to be read by a person, and to be made smaller where it shows
 //! a fault.
 
-use crate::Source;
 use defocus::camera::Camera;
 use defocus::lens::Lens;
 use defocus::raytrace::{RayOptions, RayRender, RayScene};
@@ -194,11 +193,6 @@ impl SceneSpec {
             notes: Vec::new(),
             made_for: Some(self.made_for()),
         }
-    }
-
-    /// What methods are given.
-    pub fn source(&self) -> Source {
-        if self.as_image { Source::Image(Arc::new(self.image())) } else { Source::Scene(Arc::new(self.scene())) }
     }
 
     /// Whether anything counts as a light.

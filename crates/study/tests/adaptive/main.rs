@@ -11,7 +11,7 @@ mod steadiness;
 
 use common::{front_camera, gpu, quad, scene, textured, unlit};
 use defocus::aperture::Aperture;
-use defocus::gpu::download;
+use defocus::gpu::{download, download_rgba};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::adaptive::tiles::{BINS, TILE_PX, Tile, TileGrid};
@@ -92,8 +92,8 @@ fn find_tiles(method: &Adaptive, view: &mut View, lens: &Lens) -> FoundTiles {
 
 /// The four components of an RGBA16F texture.
 fn download_layers(texture: &defocus::gpu::Texture) -> Vec<Image<f32>> {
-    let rgb = download(gpu(), texture);
-    (0..3).map(|k| rgb.map(|p| p[k])).collect()
+    let texels = download_rgba(gpu(), texture);
+    (0..4).map(|k| texels.map(|p| p[k])).collect()
 }
 
 fn bin_edge(grid: &TileGrid, i: u32) -> f64 {

@@ -184,7 +184,8 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     }
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     option("-o", if compares { "out".into() } else { "out.png".into() });
-    words.into_iter().map(quoted).collect::<Vec<_>>().join(" ")
+    // No word has a zero byte: they are numbers, names and paths of files that were opened.
+    shlex::Quoter::new().allow_nul(true).join(words.iter().map(String::as_str)).unwrap_or_default()
 }
 
 /// What the eye adds, where it adds anything.
@@ -300,10 +301,4 @@ fn depth_words(depth: &DepthArgs, words: &mut Vec<String>) {
     if let Some(unknown) = depth.encoding.unknown {
         words.extend(["--depth-unknown".into(), unknown.to_string()]);
     }
-}
-
-fn quoted(word: String) -> String {
-    let plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
-    let is_plain = !word.is_empty() && word.chars().all(plain);
-    if is_plain { word } else { format!("'{}'", word.replace('\'', r"'\''")) }
 }
