@@ -76,6 +76,22 @@ fn s_of_depth(adaptive: Adaptive, z: f32) -> f32 {
     return clamp(0.5 * coc_diameter_px(adaptive.lens, z), adaptive.nearest_s, adaptive.farthest_s);
 }
 
+/// By how much the longer half axis of the ellipse that an astigmatic eye blurs to is longer than
+/// |s|, px: 0 for a round blur.
+fn astigmatic_s() -> f32 {
+    return 0.5 * abs(adaptive.lens.astigmatism_px);
+}
+
+/// Longer half axis of the blur at s, px.
+fn greatest_s(s: f32) -> f32 {
+    return abs(s) + astigmatic_s();
+}
+
+/// Shorter half axis of the blur at s, px.
+fn least_s(s: f32) -> f32 {
+    return abs(abs(s) - astigmatic_s());
+}
+
 const BINS = 64u;
 
 /// s of a texel without a surface: beyond all bins.
