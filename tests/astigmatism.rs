@@ -113,8 +113,8 @@ fn pictures_are_as_good_as_without_a_cylinder() {
         let base = common::lens(10.0, 1.0);
         let mut error_db = |lens: &Lens| -> (Vec<f64>, ColorImage) {
             let wanted = truth(&mut view, lens);
-            let of = |method: &Box<dyn Method>| psnr_db(&picture(method.as_ref(), &mut view, lens), &wanted);
-            (able().iter().map(of).collect(), wanted)
+            let db = able().iter().map(|m| psnr_db(&picture(m.as_ref(), &mut view, lens), &wanted)).collect();
+            (db, wanted)
         };
         let round: Vec<(Vec<f64>, ColorImage)> =
             SPHERES.iter().map(|sphere| error_db(&astigmatic(&base, *sphere, 0.0, 0.0))).collect();
