@@ -58,7 +58,7 @@ struct Adaptive {
     is_image: u32,
     /// 1: samples are staggered (`stagger_of`); 0: they lie in a regular grid.
     staggered: u32,
-    /// 1: the lens is a disc.
+    /// 1: the lens blurs to discs.
     is_disc: u32,
 }
 

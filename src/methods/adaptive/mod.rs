@@ -378,7 +378,7 @@ impl Adaptive {
             noise_limit: if view.is_scene() { NOISE_LIMIT } else { IMAGE_NOISE_LIMIT },
             is_image: (!view.is_scene()).into(),
             staggered: peeled.staggered.into(),
-            is_disc: (lens.aperture == Aperture::Disc).into(),
+            is_disc: (lens.aperture == Aperture::Disc && lens.greatest_astigmatism_px() == 0.0).into(),
         }
     }
 }
