@@ -280,6 +280,8 @@ fn three_lenses_cost_three_times_one_and_draw_no_more() {
             }
             let one = counts(method.as_ref(), scene, common::front_camera(), &plain);
             let three = counts(method.as_ref(), scene, common::front_camera(), &chromatic);
+            let lenses = chromatic.primaries().expect("it has three");
+            let primaries = lenses.map(|lens| counts(method.as_ref(), scene, common::front_camera(), &lens));
             for (when, one, three) in [("first", &one[0], &three[0]), ("again", &one[1], &three[1])] {
                 let told = format!("{id}, {name}, {when}: {one:?} and {three:?}");
                 eprintln!(
@@ -292,11 +294,14 @@ fn three_lenses_cost_three_times_one_and_draw_no_more() {
                 } else {
                     assert!(three.views <= one.views, "{told}");
                 }
-                // Where the number of passes grows with blur, red has more of them; and one more brings the
-                // three together.
-                let within = |one: u64, three: u64| three as f64 <= 3.2 * one as f64 + 1.0;
-                assert!(within(one.passes, three.passes), "{told}");
-                assert!(within(one.dispatches, three.dispatches), "{told}");
+                // Where the number of passes grows with blur, red has more of them than green: one lens is
+                // that of the primary which takes most. One pass more brings the three together.
+                let alone = |count: fn(&FrameStats) -> u64| {
+                    let most = primaries.iter().map(|stats| count(&stats[usize::from(when == "again")])).max();
+                    most.unwrap_or(0).max(count(one)) as f64
+                };
+                assert!(three.passes as f64 <= 3.2 * alone(|stats| stats.passes) + 1.0, "{told}");
+                assert!(three.dispatches as f64 <= 3.2 * alone(|stats| stats.dispatches) + 1.0, "{told}");
             }
         }
     }
