@@ -170,6 +170,15 @@ impl Aperture {
         }
     }
 
+    /// Whether it stays the same when it is turned.
+    pub fn is_round(&self) -> bool {
+        match self {
+            Self::Disc | Self::Gaussian { .. } => true,
+            Self::Polygon { roundness, .. } => *roundness == 1.0,
+            Self::Image(_) => false,
+        }
+    }
+
     /// Greatest |v| of any lens point: blur ends `radius() * |c| / 2` px from a pixel.
     pub fn radius(&self) -> f64 {
         match self {

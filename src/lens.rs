@@ -14,7 +14,7 @@
 
 use crate::aperture::{Aperture, ApertureError};
 use crate::eye::{Eye, EyeError};
-use glam::DMat2;
+use glam::{DMat2, DVec2};
 
 /// Millimetres in a metre: lenses are given in millimetres, scenes in metres.
 pub const MM_PER_M: f64 = 1000.0;
@@ -260,6 +260,17 @@ impl Lens {
         Some(self.eye.primaries()?.map(of))
     }
 
+    /// Of the lens of one primary the lens for light as a whole; else itself.
+    pub fn of_all_primaries(&self) -> Self {
+        Self { eye: Eye { shift_d: 0.0, farthest_shift_d: 0.0, ..self.eye }, ..self.clone() }
+    }
+
+    /// Of the lens of one primary that of the primary which is sharp farthest away: in front of the
+    /// focus it blurs most. Else itself.
+    pub fn of_farthest_primary(&self) -> Self {
+        Self { eye: Eye { shift_d: self.eye.farthest_shift_d, ..self.eye }, ..self.clone() }
+    }
+
     /// CoC diameter, px, that a dioptre of defocus makes: K df, in px m.
     pub fn px_per_dioptre(&self) -> f64 {
         self.coc().k_df_px_m
@@ -269,6 +280,27 @@ impl Lens {
     /// seen from the lens point v at `p0 + (c v + A v) / 2`. The same at every depth.
     pub fn astigmatism_px(&self) -> DMat2 {
         self.eye.refraction.astigmatism_d() * self.px_per_dioptre()
+    }
+
+    /// The greater eigenvalue of [`Lens::astigmatism_px`], px: the diameters of the ellipse that a
+    /// point with CoC c blurs to are `|c| + a` and `||c| - a|`. 0 without astigmatism.
+    pub fn greatest_astigmatism_px(&self) -> f64 {
+        self.astigmatism_px().x_axis.length()
+    }
+
+    /// The one of the ellipse's two axes that is nearer to the x axis, as a unit vector, and the
+    /// eigenvalue of [`Lens::astigmatism_px`] that belongs to it, px; that of the other axis is its
+    /// opposite. The x axis and 0 without astigmatism.
+    pub fn meridian(&self) -> (DVec2, f64) {
+        let matrix = self.astigmatism_px();
+        let (greatest, double) = (self.greatest_astigmatism_px(), matrix.x_axis);
+        if greatest == 0.0 {
+            return (DVec2::X, 0.0);
+        }
+        // The eigenvector of the greater eigenvalue has half the angle of the first column; the other
+        // axis, a right angle away, half that of its opposite.
+        let (double, own) = if double.x < 0.0 { (-double, -greatest) } else { (double, greatest) };
+        (DVec2::from_angle(0.5 * double.y.atan2(double.x)), own)
     }
 
     /// DPI * ds/dr * E * F, px mm: K * (df - F).

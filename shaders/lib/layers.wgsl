@@ -58,7 +58,7 @@ struct Adaptive {
     is_image: u32,
     /// 1: samples are staggered (`stagger_of`); 0: they lie in a regular grid.
     staggered: u32,
-    /// 1: the lens is a disc.
+    /// 1: the lens blurs to discs.
     is_disc: u32,
 }
 
@@ -74,6 +74,22 @@ fn texels_of(a_side: u32, at: vec2f) -> vec2f {
 /// s of a surface at stored depth z, within the bins.
 fn s_of_depth(adaptive: Adaptive, z: f32) -> f32 {
     return clamp(0.5 * coc_diameter_px(adaptive.lens, z), adaptive.nearest_s, adaptive.farthest_s);
+}
+
+/// By how much the longer half axis of the ellipse that an astigmatic eye blurs to is longer than
+/// |s|, px: 0 for a round blur.
+fn astigmatic_s() -> f32 {
+    return 0.5 * abs(adaptive.lens.astigmatism_px);
+}
+
+/// Longer half axis of the blur at s, px.
+fn greatest_s(s: f32) -> f32 {
+    return abs(s) + astigmatic_s();
+}
+
+/// Shorter half axis of the blur at s, px.
+fn least_s(s: f32) -> f32 {
+    return abs(abs(s) - astigmatic_s());
 }
 
 const BINS = 64u;

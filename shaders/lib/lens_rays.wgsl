@@ -100,12 +100,18 @@ struct Hit {
 const NO_HIT = -1;
 const SAMPLE = 4;
 
-/// |s|, px, up to which silhouettes are sharp enough to need a step for each sample.
+/// Half axis of a blur, px, up to which silhouettes are sharp enough to need a step for each sample.
 const FINE_UP_TO_S = 1.5;
+
+/// |s| up to which a silhouette may be so sharp: one meridian of an astigmatic eye is in focus in
+/// front of s = 0 and one behind it.
+fn fine_up_to_s() -> f32 {
+    return FINE_UP_TO_S + astigmatic_s();
+}
 
 /// Whether samples are asked, by a ray at `s` that moves on.
 fn is_fine(s: f32) -> bool {
-    return s >= -FINE_UP_TO_S && s < FINE_UP_TO_S;
+    return s >= -fine_up_to_s() && s < fine_up_to_s();
 }
 
 /// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
@@ -115,10 +121,15 @@ fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
     let samples_a_side = select(adaptive.samples_a_side, 2u, adaptive.is_image != 0u);
     let px = select(2.0, 1.0 / f32(samples_a_side), fine && samples_a_side > 1u);
     var limit = end;
-    if start < FINE_UP_TO_S {
-        limit = min(end, select(-FINE_UP_TO_S, FINE_UP_TO_S, fine));
+    if start < fine_up_to_s() {
+        limit = min(end, select(-fine_up_to_s(), fine_up_to_s(), fine));
     }
     return min(px / max(length(v), 1e-3), limit - start);
+}
+
+/// Where the ray through pixel `p` and lens point `v` begins, px: astigmatism moves it as a whole.
+fn ray_from(p: vec2f, v: vec2f) -> vec2f {
+    return p - astigmatic_offset_px(adaptive.lens, v);
 }
 
 /// The first surface on the ray through `p` and lens point `v`.
@@ -131,13 +142,14 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
 /// It ends there, and what it calls has few loops: llvmpipe ends all loops of an invocation
 /// after 65,535 rounds in all, inner ones counted, and of many lights the last ones would be missed.
 fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
+    let from_p = ray_from(p, v);
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = min(runs[r].y, last_s + TOLERANCE_S);
         var start = runs[r].x;
         for (var step = 0u; step < MAX_STEPS && start < end; step++) {
             let width = step_from(start, end, v);
-            let hit = step_through(p, v, start, width);
+            let hit = step_through(from_p, v, start, width);
             reads += hit.reads;
             if hit.layer != NO_HIT {
                 return Hit(hit.layer, hit.s, hit.at, reads);
@@ -151,14 +163,28 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
 /// Whether `composite` filters what the rays of this pass find.
 var<private> rays_are_filtered: bool = true;
 
-/// Where the ray through `p` and lens point v meets s. What is filtered afterwards keeps
-/// that much closer to its pixel: outlines end up as wide as the lens blurs them.
-fn place_on_ray(p: vec2f, v: vec2f, s: f32) -> vec2f {
-    if !rays_are_filtered || abs(s) <= adaptive.sharp_s {
-        return p - v * s;
+/// Where the ray that begins at `from_p` and goes through lens point v meets s. What is filtered
+/// afterwards keeps that much closer to its pixel: outlines end up as wide as the lens blurs them.
+fn place_on_ray(from_p: vec2f, v: vec2f, s: f32) -> vec2f {
+    if !rays_are_filtered || abs(s) - astigmatic_s() <= adaptive.sharp_s {
+        return from_p - v * s;
     }
-    let s2 = s * s * adaptive.lens_variance;
-    return p - v * (s * sqrt(1.0 - min(filter_blur(bucket_of(s)) / s2, 0.9)));
+    let axes = half_axes(s);
+    let shrunk = sqrt(1.0 - min(filter_blur(bucket_of(s)) / (axes * axes * adaptive.lens_variance), vec2f(0.9)));
+    return from_p + astigmatic_offset_px(adaptive.lens, v) - shrunk_offset(v, s, shrunk);
+}
+
+/// Signed half axes of the blur at s, px, along and across the eye's meridian.
+fn half_axes(s: f32) -> vec2f {
+    return 0.5 * diameters_px(adaptive.lens, 2.0 * s);
+}
+
+/// How far from its pixel, px, a ray through lens point v meets s, shrunk along and across the eye's
+/// meridian.
+fn shrunk_offset(v: vec2f, s: f32, shrunk: vec2f) -> vec2f {
+    let lens = adaptive.lens;
+    let ellipse = from_meridian(lens, shrunk * by_meridian(lens, v * s + astigmatic_offset_px(lens, v)));
+    return select(ellipse, v * (s * shrunk.x), lens.astigmatism_px == 0.0);
 }
 
 /// Length, samples, of a step that is not worth asking at both of its ends.
@@ -166,24 +192,24 @@ const SAME_SAMPLE = 0.5;
 
 /// What a ray hits between s = `start` and `width` behind it. It asks at both ends of the step;
 /// near focus, where steps are short, once.
-fn step_through(p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+fn step_through(from_p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
     let fine = is_fine(start);
     // What is near the front of a step hides what is near its end.
-    let front = ask(p, v, start + select(0.0, 0.25 * width, fine), start, width);
+    let front = ask(from_p, v, start + select(0.0, 0.25 * width, fine), start, width);
     if front.layer != NO_HIT || fine || width * length(v) * f32(adaptive.samples_a_side) < SAME_SAMPLE {
         return front;
     }
-    let back = ask(p, v, start + width, start, width);
+    let back = ask(from_p, v, start + width, start, width);
     return Hit(back.layer, back.s, back.at, front.reads + back.reads);
 }
 
 /// What a ray hits of the surfaces of a step that lie where it passes s = `asked`: the sample
 /// of the first layer there, or the other layers where that hides them. It is hit where the ray
 /// meets it.
-fn ask(p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
+fn ask(from_p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
     let low = start - TOLERANCE_S;
     let high = start + width + TOLERANCE_S;
-    let at = place_on_ray(p, v, asked);
+    let at = place_on_ray(from_p, v, asked);
     let s = sample_s(sample_at(at));
     if s > high {
         return Hit(NO_HIT, 0.0, at, 1u);
@@ -200,10 +226,10 @@ fn ask(p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
         expected = hidden[layer];
         reads = 3u;
     }
-    let met_at = place_on_ray(p, v, expected);
+    let met_at = place_on_ray(from_p, v, expected);
     let seen = sample_s(sample_at(met_at));
     if is_met(seen, expected, width) {
-        return Hit(SAMPLE, seen, place_on_ray(p, v, seen), reads);
+        return Hit(SAMPLE, seen, place_on_ray(from_p, v, seen), reads);
     }
     if layer == SAMPLE {
         // Where there is only what lies behind, the ray passes beside the surface.
@@ -230,8 +256,10 @@ fn is_met(s: f32, expected: f32, width: f32) -> bool {
 
 // ---- colour ----
 
+/// The bucket of what is hit at s: filters are chosen by the sharper meridian, and buckets stay in
+/// order of depth, so that all between an astigmatic eye's two foci is sharp.
 fn bucket_of(s: f32) -> u32 {
-    let size = abs(s);
+    let size = max(abs(s) - astigmatic_s(), 0.0);
     if size <= adaptive.sharp_s {
         return SHARP;
     }
@@ -248,16 +276,23 @@ fn filter_blur(bucket: u32) -> f32 {
     return select(2.0, 6.0, bucket == 0u || bucket == BUCKETS - 1u);
 }
 
-/// By how much a ray's offset shrinks so that the blur of reading a texel (`read_blur`)
-/// and of the filter, both four times a variance, are not added to the lens's own.
-fn shrink(s: f32, read_blur: f32) -> f32 {
+/// By how much a ray's offset shrinks along and across the eye's meridian so that the blur of
+/// reading a texel (`read_blur`) and of the filter, both four times a variance, are not added to the
+/// lens's own.
+fn shrink(s: f32, read_blur: f32) -> vec2f {
+    let filtered = filter_blur(bucket_of(s));
+    let axes = half_axes(s);
+    return vec2f(shrink_of_axis(axes.x, read_blur, filtered), shrink_of_axis(axes.y, read_blur, filtered));
+}
+
+fn shrink_of_axis(s: f32, read_blur: f32, filtered: f32) -> f32 {
     let s2 = s * s * adaptive.lens_variance;
     // Where the read alone blurs as much as the lens, no offset is right; the read's blur
     // then fades in with the lens's.
     if s2 < 2.16 * read_blur {
         return 0.481 * sqrt(s2 / read_blur);
     }
-    return sqrt(1.0 - min((read_blur + filter_blur(bucket_of(s))) / s2, 0.9));
+    return sqrt(1.0 - min((read_blur + filtered) / s2, 0.9));
 }
 
 /// Four times the variance, texel^2, of a bilinear read at arbitrary phases.
@@ -273,7 +308,8 @@ const SPREAD_FROM_S = 0.3;
 /// Whether the ray through lens point v shows the samples around it interpolated, or one.
 /// In focus the image is made of samples; the wider the lens's blur, the more rays show the
 /// mean, until that blurs as much as the lens: a thin bar fades in.
-fn shows_mean(s: f32, v: vec2f) -> bool {
+fn shows_mean(hit_s: f32, v: vec2f) -> bool {
+    let s = greatest_s(hit_s);
     let share = min(s * s * adaptive.lens_variance / sample_blur(), 1.0) * clamp(2.0 - abs(s) / SPREAD_FROM_S, 0.0, 1.0);
     // Any number that differs from ray to ray will do.
     return fract(43.7585 * dot(v, vec2f(12.9898, 78.233))) < share;
@@ -317,7 +353,7 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     }
     let size = vec2f(textureDimensions(radii));
     let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);
-    let ray = color_place(hit.layer, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let ray = color_place(hit.layer, p - shrunk_offset(v, hit.s, shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
     let b = bilinear(at);
     // What lights bring is left out of the first layer's mean.
@@ -350,7 +386,7 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     if adaptive.is_image != 0u {
         return own;
     }
-    let ray = p - v * (hit.s * shrink(hit.s, sample_blur()));
+    let ray = p - shrunk_offset(v, hit.s, shrink(hit.s, sample_blur()));
     let around = samples_around(ray);
     var same = true;
     var at_edge = false;
@@ -363,7 +399,7 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
         front = min(front, s);
     }
     if at_edge && shows_mean(front, v) {
-        return interpolated(p - v * front, limited);
+        return interpolated(ray_from(p, v) - v * front, limited);
     }
     if same {
         return interpolated(ray, limited);
@@ -443,5 +479,5 @@ fn corner_weight(b: Bilinear, i: i32) -> f32 {
 }
 
 fn without_lights(color: vec3f, s: f32, limited: bool) -> vec3f {
-    return select(color, color - emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
+    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
 }

@@ -32,13 +32,14 @@ fn view_texel(position: vec2f) -> vec2i {
 /// The first surface on the ray in view i; no layer where the view cannot tell.
 fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
     let from_view = v - view_point(i);
+    let from_p = ray_from(p, from_view);
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = runs[r].y;
         var start = runs[r].x;
         for (var step = 0u; step < MAX_STEPS && start < end; step++) {
             let width = step_from(start, end, from_view);
-            let texel = view_texel(p - from_view * (start + 0.5 * width));
+            let texel = view_texel(from_p - from_view * (start + 0.5 * width));
             if texel.x < 0 {
                 return Hit(NO_HIT, 0.0, p, reads);
             }
@@ -59,8 +60,9 @@ fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
 
 /// Colour of a hit in view i. `limited`: without what emitters bring.
 fn color_in_view(hit: Hit, p: vec2f, v: vec2f, i: i32, limited: bool) -> vec3f {
-    let offset = v * (hit.s * shrink(hit.s, BILINEAR_BLUR)) - view_point(i) * hit.s;
-    let b = bilinear(p - offset - f32(adaptive.overscan));
+    let offset = shrunk_offset(v, hit.s, shrink(hit.s, BILINEAR_BLUR)) - view_point(i) * hit.s;
+    let moved = astigmatic_offset_px(adaptive.lens, view_point(i));
+    let b = bilinear(p + moved - offset - f32(adaptive.overscan));
     var sum = vec4f(0.0);
     for (var corner = 0; corner < 4; corner++) {
         let texel = clamp_to_image(b.corner + vec2i(corner & 1, corner >> 1), adaptive.size);
@@ -77,5 +79,5 @@ fn color_in_view(hit: Hit, p: vec2f, v: vec2f, i: i32, limited: bool) -> vec3f {
 
 fn view_color(texel: vec2i, i: i32, s: f32, limited: bool) -> vec3f {
     let color = textureLoad(view_colors, texel, i, 0).rgb;
-    return select(color, color - emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
+    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
 }

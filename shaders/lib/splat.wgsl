@@ -2,7 +2,7 @@
 // (src/methods/splat/).
 
 #import color
-#import sprites
+#import spots
 #import sampling
 
 struct Params {
@@ -81,13 +81,13 @@ fn pixel_spot(p: vec2u) -> Spot {
 /// A visible pixel, if its spot is larger than a pixel; the others are `sharp_light`.
 fn visible_spot(p: vec2u) -> Spot {
     var spot = pixel_spot(p);
-    spot.light = select(spot.light, vec4f(0.0), is_single_pixel(sprites, spot.c));
+    spot.light = select(spot.light, vec4f(0.0), is_single_pixel_spot(sprites, lens, spot.c));
     return spot;
 }
 
 /// A visible pixel that stays within itself: it never gets to another layer.
 fn sharp_light(p: vec2u) -> vec4f {
-    return select(vec4f(0.0), source(p), is_single_pixel(sprites, visible_coc_px(vec2i(p))));
+    return select(vec4f(0.0), source(p), is_single_pixel_spot(sprites, lens, visible_coc_px(vec2i(p))));
 }
 
 // ---- section 5: one spot for four pixels ----
@@ -118,10 +118,10 @@ const SAME = 1;
 const BEHIND = 2;
 
 /// The layer on which a spot arrives where the visible surface has the CoC `c_v`: equation
-/// (6).
+/// (6), with the longer diameter of an ellipse: so far its own pixels reach.
 fn layer_of(c: f32, c_v: f32) -> i32 {
     let farther = c - c_v;
-    if params.layered == 0u || abs(farther) <= params.delta * abs(c_v) {
+    if params.layered == 0u || abs(farther) <= params.delta * greatest_diameter_px(lens, c_v) {
         return SAME;
     }
     return select(BEHIND, FRONT, farther < 0.0);

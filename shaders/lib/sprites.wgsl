@@ -51,12 +51,12 @@ fn cell_share(sums: texture_2d<f32>, sprites: Sprites, cell: vec2f) -> f32 {
     return select(0.0, share, inside && share > SHARE_NOISE);
 }
 
-/// As a sum of up to four cells, for a pixel that is no larger than one, `side` cells wide:
+/// As a sum of up to four cells, for a pixel that is no larger than one, `side` cells wide and high:
 /// there the differences of the table's sums are all rounding.
-fn share_of_cells(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, side: f32) -> f32 {
+fn share_of_cells(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, side: vec2f) -> f32 {
     let low = 0.5 * f32(sprites.cells) + (offset - 0.5) * side;
     let cell = floor(low);
-    let first = min(vec2f(side), cell + 1.0 - low);
+    let first = min(side, cell + 1.0 - low);
     let second = side - first;
     let top = first.x * cell_share(sums, sprites, cell) + second.x * cell_share(sums, sprites, cell + vec2f(1.0, 0.0));
     let bottom = first.x * cell_share(sums, sprites, cell + vec2f(0.0, 1.0)) + second.x * cell_share(sums, sprites, cell + 1.0);
@@ -68,7 +68,7 @@ fn share_of_cells(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, side: 
 fn sprite_share(sums: texture_2d<f32>, sprites: Sprites, offset: vec2f, c: f32) -> f32 {
     let cells_per_px = f32(sprites.cells) / (sprites.radius * max(abs(c), 1e-3));
     if cells_per_px <= 1.0 {
-        return share_of_cells(sums, sprites, select(offset, -offset, c < 0.0), cells_per_px);
+        return share_of_cells(sums, sprites, select(offset, -offset, c < 0.0), vec2f(cells_per_px));
     }
     // Below a thousandth of a pixel nothing but the pixel itself is reached.
     let v_per_px = 2.0 / select(max(c, 1e-3), min(c, -1e-3), c < 0.0);

@@ -6,12 +6,13 @@
 #import lens_rays
 #import listed_tiles
 #import sheet_rays
+#import spots
 
 @group(0) @binding(1) var<uniform> highlights: Highlights;
 @group(0) @binding(2) var<storage, read> emitter_lists: array<u32>;
 @group(0) @binding(3) var<storage, read> emitters: array<Emitter>;
 /// Share of the lens's light that passes below and to the left, at the corners of a grid over the
-/// square of v from -1 to 1 lens radii.
+/// square of v from -1 to 1 lens radii; of an astigmatic eye the running sums of lib/spots.wgsl.
 @group(0) @binding(4) var aperture: texture_2d<f32>;
 /// For each inner tile the length of its list.
 @group(0) @binding(6) var<storage, read> listed_counts: array<u32>;
@@ -43,6 +44,28 @@ fn aperture_density(emitter: Emitter, offset: vec2f) -> f32 {
     return select(0.0, light, light > 1e-6) / (side * side * texel_v * texel_v);
 }
 
+/// What an emitter brings to a pixel: the share of its light for each px^2, times s^2 where the blur
+/// is round, and the lens point through which the pixel sees it.
+struct Seen {
+    density: f32,
+    v: vec2f,
+}
+
+/// Of an astigmatic eye: the emitter's square is known, and where a meridian is in focus that
+/// square is all that its blur is wide. The lens point is then the likeliest, in the least squares
+/// sense, of those that may see a part of the square.
+fn seen_in_ellipse(emitter: Emitter, offset: vec2f) -> Seen {
+    let cells = textureDimensions(aperture).x;
+    let sprites = Sprites(vec2u(0u), adaptive.lens_radius, cells, 0u, 0.0, 0.0);
+    let side = side_of(emitter);
+    let share = share_of_ellipse(aperture, sprites, adaptive.lens, 2.0 * emitter.s, Square(offset, side));
+    let axes = half_axes(emitter.s);
+    // Variances: of the square side^2 / 12, of lens points lens_radius^2 / 4 on each axis.
+    let spread = side * side / (3.0 * adaptive.lens_radius * adaptive.lens_radius);
+    let v = by_meridian(adaptive.lens, offset) * axes / (axes * axes + spread);
+    return Seen(share / (side * side), from_meridian(adaptive.lens, v));
+}
+
 /// How far, px of s, a surface lies in front of an emitter at least to hide it. Layers lie
 /// farther apart than this (`LayerSeparation::of`), so that a layer hides what is behind it,
 /// and an emitter's own surface, a rounding away, does not.
@@ -55,12 +78,14 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let start = index * highlights.capacity;
     // The pixels of an image, and cells of them.
     let is_square = adaptive.is_image != 0u;
+    let is_astigmatic = adaptive.lens.astigmatism_px != 0.0;
     let sheets = sheet_bounds_of(index);
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {
         let emitter = emitters[emitter_lists[start + i]];
         var v = (p - emitter.at) / emitter.s;
         var density = 0.0;
+        var size = emitter.s * emitter.s;
         if highlights.is_disc != 0u && is_square {
             density = disc_density_of_square(emitter, p - emitter.at, adaptive.lens_radius);
         } else if highlights.is_disc != 0u {
@@ -68,10 +93,17 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         } else {
             density = aperture_density(emitter, p - emitter.at);
         }
+        // A loop that ends at once, no branch: software adapters run both sides of those.
+        for (var k = 0u; k < select(0u, 1u, is_astigmatic); k++) {
+            let seen = seen_in_ellipse(emitter, p - emitter.at);
+            density = seen.density;
+            v = seen.v;
+            size = 1.0;
+        }
         if density <= 0.0 {
             continue;
         }
-        if is_square {
+        if is_square || is_astigmatic {
             // The centre of a square may lie beyond the lens when a part of it does not.
             v *= min(1.0, adaptive.lens_radius / max(length(v), 1e-6));
         }
@@ -80,8 +112,8 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         if hit.layer >= 0 && hit.s < in_front_s {
             continue;
         }
-        let left = left_by_sheets(p, v, sheets, adaptive.lens, in_front_s);
-        sum += emitter.excess * (left * density / (emitter.s * emitter.s));
+        let left = left_by_sheets(ray_from(p, v), v, sheets, adaptive.lens, in_front_s);
+        sum += emitter.excess * (left * density / size);
     }
     // Those that are not listed count as the mean of those that are.
     return sum * (f32(count) / f32(max(listed_count, 1u)));

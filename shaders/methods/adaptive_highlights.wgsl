@@ -116,9 +116,14 @@ fn block_level(at: vec2i, light: Light) -> u32 {
     return clamp(select(level, LARGE_LEVEL, level == NO_CELL), LARGE_LEVEL, MAX_LEVEL) - 2u;
 }
 
-/// Radius of a light's blur, px.
+/// How far a light's blur reaches, px.
 fn blur_px(light: Light) -> f32 {
-    return abs(s_of(light)) * adaptive.lens_radius;
+    return greatest_s(s_of(light)) * adaptive.lens_radius;
+}
+
+/// log2 of the side, px, of cells for a blur of that radius, px.
+fn level_of_blur(blur: f32) -> f32 {
+    return floor(log2(0.25 * blur));
 }
 
 /// log2 of the side, px, of the cell that a pixel's light belongs to: larger beyond the frame, where
@@ -128,7 +133,9 @@ fn cell_level(at: vec2i, light: Light, size: vec2u) -> u32 {
     if light.weight <= 0.0 {
         return NO_CELL;
     }
-    let exact = floor(log2(0.25 * blur_px(light)));
+    // In the frame no cell is wider than the narrower side of an astigmatic eye's blur allows.
+    let inside = level_of_blur(least_s(s_of(light)) * adaptive.lens_radius);
+    let exact = level_of_blur(blur_px(light));
     let coarse = u32(clamp(max(exact, min(exact + STRETCHED_LEVELS, 3.0)), 0.0, f32(MAX_LEVEL)));
     let corner = first_pixel();
     let first = corner + (((at - corner) >> vec2u(coarse)) << vec2u(coarse));
@@ -136,7 +143,7 @@ fn cell_level(at: vec2i, light: Light, size: vec2u) -> u32 {
     let gaps = max(-(first + (1 << coarse) - 1), first - vec2i(size) + 1);
     let gap = max(gaps.x, gaps.y);
     let beyond = select(NO_CELL, coarse, f32(gap) <= blur_px(light) + 1.0);
-    return select(u32(clamp(exact, 0.0, f32(MAX_LEVEL))), beyond, gap > 0);
+    return select(u32(clamp(inside, 0.0, f32(MAX_LEVEL))), beyond, gap > 0);
 }
 
 /// CoC radius of a light, px.
@@ -184,7 +191,7 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
         if cell_levels[index] == level {
             let light = light_of[index];
             let s = s_of(light);
-            let share = emitted_share(s, adaptive.lens_radius, adaptive.is_image != 0u);
+            let share = emitted_share(greatest_s(s), adaptive.lens_radius, adaptive.is_image != 0u);
             let here = moved(light, f32(highlights.block_px) * vec2f(from_origin));
             emitter.excess += share * here.excess;
             emitter.s += share * here.weight * s;
@@ -225,7 +232,8 @@ struct Covered {
 
 /// The inner tiles that an emitter's blur, or the reading of its texels, covers.
 fn covered_by(emitter: Emitter) -> Covered {
-    let reach = abs(emitter.s) * adaptive.lens_radius + 1.5 * side_of(emitter) + 1.0;
+    let blur = 0.5 * blur_extent_px(adaptive.lens, 2.0 * emitter.s);
+    let reach = blur * adaptive.lens_radius + 1.5 * side_of(emitter) + 1.0;
     let centre = emitter.at - f32(adaptive.overscan);
     let first = vec2i(floor((centre - reach) / f32(TILE)));
     let last = vec2i(floor((centre + reach) / f32(TILE)));

@@ -136,7 +136,7 @@ fn reaching_bins(tiles: u32) -> vec2u {
         return vec2u(0xffffffffu);
     }
     let distance = f32(TILE * (tiles - 1u)) + 1.0;
-    let t = sqrt(max((distance - 0.5) / adaptive.lens_radius - 0.25, 0.0));
+    let t = sqrt(max((distance - 0.5) / adaptive.lens_radius - astigmatic_s() - 0.25, 0.0));
     // Near bins with their near edge at or before -t, far ones with their far edge at or
     // behind t.
     let near_bins = clamp(floor((-t - adaptive.first_t) / adaptive.bin_t) + 1.0, 0.0, f32(BINS));
@@ -201,7 +201,7 @@ fn class_of(mask: vec2u, step_s: f32) -> u32 {
     let nearest = edge_of(adaptive, first_bin(mask));
     let farthest = edge_of(adaptive, last_bin(mask) + 1u);
     let greatest = max(abs(nearest), abs(farthest));
-    if greatest * sqrt(adaptive.lens_variance) < COPY_S {
+    if greatest_s(greatest) * sqrt(adaptive.lens_variance) < COPY_S {
         return COPY;
     }
     return select(COMPLEX, UNIFORM, farthest - nearest <= 0.5 + 0.3 * greatest && step_s <= UNIFORM_STEP_S);

@@ -68,7 +68,7 @@ var<workgroup> tile_sheets: vec2f;
 
 /// Adds the sheets that a ray crosses in front of s = `up_to`, and returns what is left of it.
 fn cross_sheets(p: vec2f, v: vec2f, up_to: f32, number: u32) -> f32 {
-    var ray = sheet_ray(p, v, tile_sheets);
+    var ray = sheet_ray(ray_from(p, v), v, tile_sheets);
     for (var i = 0u; i < MOST_CROSSINGS && ray.s < ray.end_s; i++) {
         let crossing = next_sheet(&ray, adaptive.lens, up_to);
         if crossing.light.a <= 0.0 {
@@ -149,7 +149,7 @@ fn find_bright(tile: vec2u, index: u32) {
         let light = lights[u32(at.y) * outer.x + u32(at.x)];
         if light.weight > 0.0 {
             let s = s_of_depth(adaptive, light.z / light.weight);
-            atomicOr(&is_bright, select(0u, 1u, emitted_share(s, adaptive.lens_radius, false) < 1.0));
+            atomicOr(&is_bright, select(0u, 1u, emitted_share(greatest_s(s), adaptive.lens_radius, false) < 1.0));
         }
     }
 }
@@ -211,7 +211,7 @@ fn last_centre(size: vec2f, level: f32) -> vec2f {
 /// Colour of a hit from the mipmap level that fits between rays.
 fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     let k = f32(adaptive.fineness);
-    let spacing = 0.35 * abs(hit.s) * sqrt(adaptive.lens_variance * PI / f32(adaptive.points));
+    let spacing = 0.35 * least_s(hit.s) * sqrt(adaptive.lens_variance * PI / f32(adaptive.points));
     let footprint = k * spacing;
     // Mipmaps are of the first layer's mean, and hold what is around the surface too.
     if footprint <= 1.0 || hit.layer != 0 {
@@ -219,7 +219,7 @@ fn smooth_color_of(hit: Hit, p: vec2f, v: vec2f) -> vec3f {
     }
     // A box of `footprint` texels, read bilinearly.
     let read_blur = (footprint * footprint - 0.333) / (k * k);
-    let at = color_place(0, p - v * (hit.s * shrink(hit.s, read_blur)));
+    let at = color_place(0, p - shrunk_offset(v, hit.s, shrink(hit.s, read_blur)));
     let level = log2(footprint);
     let size = vec2f(textureDimensions(radii));
     // Beyond that texels of a level may hold nothing.
@@ -232,11 +232,12 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     // What lies in front by more than surfaces in one tile of this class do is in focus
     // and does not reach here.
     let nearest = own - 1.0 - 0.5 * abs(own);
-    let at = place_on_ray(p, v, own);
+    let from_p = ray_from(p, v);
+    let at = place_on_ray(from_p, v, own);
     if is_fine(own) {
         let s = sample_s(sample_at(at));
         if s >= nearest {
-            return Hit(SAMPLE, s, p - v * s, 1u);
+            return Hit(SAMPLE, s, from_p - v * s, 1u);
         }
     }
     let there = radii_at(at);
@@ -244,7 +245,7 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     if k < 0 {
         return Hit(NO_HIT, 0.0, at, 1u);
     }
-    return Hit(k, there[k], place_on_ray(p, v, there[k]), 1u);
+    return Hit(k, there[k], place_on_ray(from_p, v, there[k]), 1u);
 }
 
 /// Radius of a disc, px, that reaches no farther than a pixel's neighbours.

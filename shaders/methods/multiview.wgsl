@@ -13,6 +13,8 @@
 //   ----\|-----  slab 1
 //        |\  ....  c = 0: in focus, every ray is at p
 //   -----|-\---  slab 2
+//
+// An astigmatic eye only moves where they begin (lib/lens.wgsl).
 
 #import hash
 #import lens
@@ -189,7 +191,8 @@ fn over_cone(array: texture_2d_array<f32>, p: vec2f, slab: u32, c: f32) -> vec4f
     if params.cone_per_coc == 0.0 {
         return textureLoad(array, vec2i(p), slab, 0);
     }
-    let diameter = params.cone_per_coc * abs(c);
+    // No wider than the gaps across the ellipse, so that it stays as narrow as it is.
+    let diameter = params.cone_per_coc * least_diameter_px(lens, c);
     let uv = p / vec2f(textureDimensions(array));
     return textureSampleLevel(array, linear_clamp, uv, slab, log2(max(diameter, 1.0)));
 }
@@ -347,7 +350,7 @@ fn trace_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id
     for (var i = 0u; i < params.samples; i++) {
         let pair = i * 16u / params.samples;
         let v = lens_points[first + i] + vec2f(four[pair & 3u], four[pair >> 2u]);
-        sum += trace(Ray(pixel, v), slabs, sheets);
+        sum += trace(Ray(pixel - astigmatic_offset_px(lens, v), v), slabs, sheets);
     }
     // Rays that leave the frame find nothing: the others stand for them. Where all leave
     // it, the pinhole image is the best guess.

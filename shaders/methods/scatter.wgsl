@@ -2,7 +2,7 @@
 //
 // Potmesil and Chakravarty, SIGGRAPH 1981.
 
-#import sprites
+#import spots
 
 struct Params {
     /// Of pixels at one depth: 1 draws the right ones first.
@@ -54,14 +54,14 @@ fn vs_sorted(@builtin(vertex_index) corner: u32, @builtin(instance_index) rank: 
     let z = textureLoad(depth, p, 0).r;
     let c = coc_diameter_px(lens, z);
     let centre = vec2f(p) + 0.5 - f32(sprites.overscan);
-    let drawn = sprite_corner(sprites, corner, centre, c);
+    let drawn = spot_corner(sprites, lens, corner, centre, c);
     return Fragment(select(NOWHERE, drawn, is_finite_source(rgb, z)), centre, c, rgb);
 }
 
 /// Premultiplied, alpha = what the pixel gets of the sprite's light.
 @fragment
 fn fs_over(in: Fragment) -> @location(0) vec4f {
-    let alpha = sprite_share(idf_sums, sprites, in.at.xy - in.centre, in.c);
+    let alpha = spot_share(idf_sums, sprites, lens, in.at.xy - in.centre, in.c);
     if alpha <= 0.0 {
         discard;
     }

@@ -23,6 +23,8 @@ struct SheetTiles {
     reach: u32,
     /// Greatest |v| of a lens point.
     lens_radius: f32,
+    /// By how much the longer half axis of an astigmatic eye's blur is longer than |s|, px.
+    more_s: f32,
 }
 
 @group(0) @binding(0) var<uniform> params: SheetTiles;
@@ -74,7 +76,7 @@ fn reach_sheets(@builtin(global_invocation_id) id: vec3u) {
             // From the last pixel of a tile to the first of another.
             let gap = select(f32(TILE * (max(apart, 1u) - 1u)) + 1.0, 0.0, apart == 0u);
             let s = vec2f(s_of(tile.x), s_of(tile.y));
-            let reaches = tile.x >= 0.0 && max(abs(s.x), abs(s.y)) * params.lens_radius + 1.0 >= gap;
+            let reaches = tile.x >= 0.0 && (max(abs(s.x), abs(s.y)) + params.more_s) * params.lens_radius + 1.0 >= gap;
             bounds.x = select(bounds.x, min(bounds.x, s.x), reaches);
             bounds.y = select(bounds.y, max(bounds.y, s.y), reaches);
         }

@@ -31,10 +31,11 @@ const NEIGHBOURS = array<vec2f, 3>(vec2f(0.27, 0.27), vec2f(0.40, 0.87), vec2f(0
 /// something behind it can be seen: L(p) of equation (4), in c.
 fn occludes_partially(p: vec2i, scan: f32) -> bool {
     let c = visible_coc_px(p);
-    if c >= 0.0 {
+    // An ellipse's longer diameter is that of a blur in front of focus up to here.
+    if c >= abs(lens.astigmatism_px) {
         return false;
     }
-    let reach = 0.5 * scan * sprites.radius * abs(c);
+    let reach = 0.5 * scan * sprites.radius * greatest_diameter_px(lens, c);
     var farther = 0.0;
     for (var i = 0; i < 12; i++) {
         let sign = vec2f(vec2i(i & 1, (i >> 1) & 1) * 2 - 1);
@@ -69,7 +70,7 @@ fn choose_arrays(@builtin(global_invocation_id) id: vec3u) {
     let first = vec2i(2u * id.xy);
     var nearest = visible_coc_px(first);
     var farthest = nearest;
-    var sharpest = abs(nearest);
+    var sharpest = least_diameter_px(lens, nearest);
     var occludes = false;
     var occludes_in_reduced = false;
     for (var i = 0; i < 4; i++) {
@@ -77,7 +78,7 @@ fn choose_arrays(@builtin(global_invocation_id) id: vec3u) {
         let c = visible_coc_px(p);
         nearest = min(nearest, c);
         farthest = max(farthest, c);
-        sharpest = min(sharpest, abs(c));
+        sharpest = min(sharpest, least_diameter_px(lens, c));
         occludes |= occludes_partially(p, 1.0);
         occludes_in_reduced |= occludes_partially(p, REDUCED_SCAN);
     }
@@ -127,7 +128,8 @@ fn share_beyond(distance: f32) -> f32 {
 /// Share of the spot of the surface that `pixel`, of the outer frame, shows which lies in that frame:
 /// what light from beyond it would bring is missing and not hidden. A quarter in a corner, not less.
 fn share_in_frame(pixel: vec2u) -> f32 {
-    let radius = max(0.5 * sprites.radius * abs(visible_coc_px(vec2i(pixel))), 0.5);
+    let extent = blur_extent_px(lens, visible_coc_px(vec2i(pixel)));
+    let radius = max(0.5 * sprites.radius * extent, vec2f(0.5));
     let low = (vec2f(pixel) + 0.5) / radius;
     let high = (vec2f(textureDimensions(visible_depth)) - vec2f(pixel) - 0.5) / radius;
     let x = 1.0 - share_beyond(low.x) - share_beyond(high.x);

@@ -22,7 +22,7 @@ struct Layers {
 /// `place` is px on the outer frame.
 fn sprite(corner: u32, place: vec2f, spot: Spot) -> Fragment {
     let centre = place - f32(sprites.overscan);
-    let position = sprite_corner(sprites, corner, centre, spot.c);
+    let position = spot_corner(sprites, lens, corner, centre, spot.c);
     return Fragment(select(NOWHERE, position, spot.light.a > 0.0), centre, spot.c, spot.light);
 }
 
@@ -65,7 +65,7 @@ fn vs_hidden(@builtin(vertex_index) corner: u32, @builtin(instance_index) index:
 
 /// What reaches this pixel, on its layer: equations (5) and (6).
 fn layered(in: Fragment) -> Layers {
-    let share = sprite_share(idf_sums, sprites, in.at.xy - in.centre, in.c);
+    let share = spot_share(idf_sums, sprites, lens, in.at.xy - in.centre, in.c);
     if share <= 0.0 {
         discard;
     }
@@ -102,7 +102,7 @@ fn fs_hidden(in: Fragment) -> HiddenLayers {
 /// Sheets in front of the visible surface, and behind it.
 @fragment
 fn fs_sheets(in: Fragment) -> HiddenLayers {
-    let share = sprite_share(idf_sums, sprites, in.at.xy - in.centre, in.c);
+    let share = spot_share(idf_sums, sprites, lens, in.at.xy - in.centre, in.c);
     if share <= 0.0 {
         discard;
     }

@@ -81,7 +81,7 @@ fn spread_by_block(block: vec2i) -> Spot {
 
 /// How far from its centre the pixels of a spot lie, px.
 fn reach_px(spot: Spot) -> f32 {
-    return select(0.0, 0.5 * sprites.radius * abs(spot.c) + 0.5, spot.light.a > 0.0);
+    return select(0.0, 0.5 * sprites.radius * greatest_diameter_px(lens, spot.c) + 0.5, spot.light.a > 0.0);
 }
 
 // ---- how far the spots of each tile reach ----
@@ -159,10 +159,10 @@ fn quad_shares(offset: vec2f, c: f32) -> vec4f {
     if cells_per_px <= 1.0 {
         let side = vec2f(select(1.0, -1.0, c < 0.0));
         return vec4f(
-            share_of_cells(idf_sums, sprites, side * offset, cells_per_px),
-            share_of_cells(idf_sums, sprites, side * (offset + vec2f(1.0, 0.0)), cells_per_px),
-            share_of_cells(idf_sums, sprites, side * (offset + vec2f(0.0, 1.0)), cells_per_px),
-            share_of_cells(idf_sums, sprites, side * (offset + 1.0), cells_per_px),
+            share_of_cells(idf_sums, sprites, side * offset, vec2f(cells_per_px)),
+            share_of_cells(idf_sums, sprites, side * (offset + vec2f(1.0, 0.0)), vec2f(cells_per_px)),
+            share_of_cells(idf_sums, sprites, side * (offset + vec2f(0.0, 1.0)), vec2f(cells_per_px)),
+            share_of_cells(idf_sums, sprites, side * (offset + 1.0), vec2f(cells_per_px)),
         );
     }
     // As `sprite_share`, with the corners that pixels have in common read once.
@@ -275,11 +275,16 @@ fn gathered(group: vec2u, local: vec2u, is_visible: bool) -> Quad {
                 bits &= bits - 1u;
                 let c = places[source].z;
                 let offset = centre - places[source].xy;
-                let reach = 0.5 * sprites.radius * abs(c) + 0.5;
-                if any(offset >= vec2f(reach)) || any(offset <= vec2f(-1.0 - reach)) {
+                let reach = spot_reach_px(sprites, lens, c);
+                if any(offset >= reach) || any(offset <= -1.0 - reach) {
                     continue;
                 }
-                let shares = quad_shares(offset, c);
+                var shares = quad_shares(offset, c);
+                // A loop that ends at once, as in `spot_share`.
+                for (var k = 0u; k < select(0u, 4u, lens.astigmatism_px != 0.0); k++) {
+                    let pixel = offset + vec2f(vec2u(k & 1u, k >> 1u));
+                    shares[k] = share_of_ellipse(idf_sums, sprites, lens, c, Square(pixel, 1.0));
+                }
                 let light = lights[source];
                 quad.a = with_light(quad.a, shares.x * light, layer_for(c, c_v.x));
                 quad.b = with_light(quad.b, shares.y * light, layer_for(c, c_v.y));

@@ -23,7 +23,8 @@ struct Focus {
     in_focus_coc_px: f32,
     /// Tiles on every side whose blur may reach a tile.
     reach: u32,
-    _unused: u32,
+    /// Added to CoC diameters, px: an astigmatic eye's blur is longer than wide.
+    more_coc_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> focus: Focus;
@@ -54,7 +55,7 @@ fn mark_reach(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id)
     atomicMax(&greatest[local.y], bitcast<u32>(c));
     workgroupBarrier();
     if local.x == 0u && all(tile < focus.tiles) {
-        let widest = bitcast<f32>(atomicLoad(&greatest[local.y]));
+        let widest = bitcast<f32>(atomicLoad(&greatest[local.y])) + focus.more_coc_px;
         // What is in focus reaches nothing, itself included.
         let reach = select(widest * focus.reach_per_coc + 1.0, 0.0, widest <= focus.in_focus_coc_px);
         new_reach_px[tile.y * focus.tiles.x + tile.x] = reach;

@@ -39,6 +39,10 @@ pub struct Eye {
     /// for ([`Eye::primaries`]); 0 for light as a whole.
     #[serde(skip)]
     pub shift_d: f64,
+    /// The same of the primary that is sharp farthest away: what all primaries share is made for
+    /// that one.
+    #[serde(skip)]
+    pub farthest_shift_d: f64,
 }
 
 /// Least and greatest wavelength, nm, of a primary: the light that eyes see.
@@ -66,6 +70,7 @@ impl Eye {
         accommodation_d: None,
         chromatic: None,
         shift_d: 0.0,
+        farthest_shift_d: 0.0,
     };
 
     /// Greatest accommodation, D: more than any child has.
@@ -136,8 +141,9 @@ impl Eye {
         let primaries_nm = self.chromatic?;
         let green = chromatic_defocus_d(primaries_nm[1]);
         // The eye is too weak for red: its focus is farther, at a smaller vergence.
-        let of = |nm: f64| Self { chromatic: None, shift_d: green - chromatic_defocus_d(nm), ..*self };
-        Some(primaries_nm.map(of))
+        let shifts_d = primaries_nm.map(|nm| green - chromatic_defocus_d(nm));
+        let farthest_shift_d = shifts_d.into_iter().fold(f64::INFINITY, f64::min);
+        Some(shifts_d.map(|shift_d| Self { chromatic: None, shift_d, farthest_shift_d, ..*self }))
     }
 
     /// Why it does not see sharply what it is to focus at, `wanted_d` D, in a sentence; `None`

@@ -44,6 +44,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/shading"),
     shader!("lib/sheet_rays"),
     shader!("lib/splat"),
+    shader!("lib/spots"),
     shader!("lib/sprites"),
     shader!("lib/staggered"),
     shader!("lib/subimages"),

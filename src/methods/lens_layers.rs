@@ -19,11 +19,11 @@
 //! paper's rays also bend as those of lenses with aberrations do).
 
 use super::sheet_rays::SheetRays;
-use super::tile_lists::{self, DEFOCUSED, FocusMap};
+use super::tile_lists::{self, DEFOCUSED, FocusMap, Reach};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture, TextureKey};
 use crate::lens::Lens;
-use crate::view::{LayerSeparation, PeelOrder, Peeled, View};
+use crate::view::{PeelOrder, Peeled, View};
 use crate::{shader, uniform};
 use glam::{DVec2, Vec2};
 
@@ -115,7 +115,7 @@ impl Method for LensLayers {
             fineness: 1,
             draws: 1,
             lights: false,
-            separation: LayerSeparation::of(&view.lens_uniform(lens)),
+            separation: view.layer_separation(lens),
         };
         let peeled = view.peeled(frame, &order)?;
         let sets = if JITTERS[self.jitter] == "sets" { SETS } else { 1 };
@@ -128,7 +128,8 @@ impl Method for LensLayers {
         let sheets = SheetRays::of(frame, view, lens);
         // Sheets may be blurred where all else is in focus.
         let in_focus_coc_px = if sheets.any { -1.0 } else { IN_FOCUS_COC_PX };
-        let tiles = FocusMap::new(frame, view, lens, in_focus_coc_px, reach_per_coc).tiles(frame, view);
+        let blur = Reach { in_focus_coc_px, per_coc: reach_per_coc, more_coc_px: 0.0 };
+        let tiles = FocusMap::new(frame, view, lens, blur).tiles(frame, view);
         tiles.copy_in_focus(frame, &pinhole.color, view.overscan_px(), &result);
         let bounds = Bounds::of(frame, view, lens, &peeled, [self.samples, sets]);
         let pass = frame

@@ -321,8 +321,7 @@ pub fn is_blurred(frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
         return true;
     }
     let [low, high] = view.coc_bounds_px(frame, lens);
-    let astigmatism = lens.astigmatism_px().x_axis.length();
-    low.abs().max(high.abs()) + astigmatism >= IN_FOCUS_COC_PX
+    low.abs().max(high.abs()) + lens.greatest_astigmatism_px() >= IN_FOCUS_COC_PX
 }
 
 /// As [`record`], through a lens without chromatic aberration that was checked.

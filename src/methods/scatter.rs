@@ -55,7 +55,7 @@ impl Method for Scatter {
             summary: "Draws every pixel as its blur spot, far to near in a true depth order, and divides by the alpha that was reached.",
             limits: "One view only: what a blurred foreground hides is missing. Blurred surfaces stay a little transparent to what was drawn before them. Glass and what is seen through it have one depth, that of the nearest surface that covers half or more.",
             apertures: Apertures::Any,
-            astigmatism: false,
+            astigmatism: true,
             needs_scene: false,
             conserves_energy: true,
             averages: true,
@@ -74,11 +74,11 @@ impl Method for Scatter {
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let pinhole = view.pinhole(frame);
-        let table = SpriteTable::of(&lens.aperture);
+        let table = SpriteTable::of_lens(lens);
         let input = Input {
             lens: view.lens_uniform(lens),
             sprites: table.uniform(view),
-            idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
+            idf_sums: SpriteTable::texture_of_lens(lens, frame.gpu()),
             pinhole,
         };
         let orders = if self.symmetric { &ORDERS[..] } else { &ORDERS[..1] };

@@ -21,6 +21,8 @@ uniform! {
         overscan: u32,
         reach: u32,
         lens_radius: f32,
+        more_s: f32,
+        _unused: [u32; 3],
     }
 }
 
@@ -60,7 +62,8 @@ impl SheetRays {
         let first_tile = view.overscan_px().div_ceil(TILE_PX);
         let outer = inner + 2 * first_tile;
         let lens_radius = lens.aperture.radius();
-        let reach_px = GREATEST_RADIUS_PX * lens_radius + 1.0;
+        let more_s = 0.5 * lens.greatest_astigmatism_px();
+        let reach_px = (GREATEST_RADIUS_PX + more_s) * lens_radius + 1.0;
         let params = SheetTiles {
             tiles: outer.to_array(),
             inner_tiles: inner.to_array(),
@@ -70,6 +73,8 @@ impl SheetRays {
             // No tile is farther away than the frame is wide.
             reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
             lens_radius: lens_radius as f32,
+            more_s: more_s as f32,
+            _unused: [0; 3],
         };
         let bytes = |tiles: UVec2| 8 * u64::from(tiles.x) * u64::from(tiles.y);
         let marked = frame.gpu().scratch("sheets of tiles", bytes(outer));

@@ -13,6 +13,7 @@
 
 use crate::aperture::Aperture;
 use crate::gpu::{Gpu, Texture};
+use crate::lens::Lens;
 use crate::uniform;
 use crate::view::View;
 use glam::{DVec2, UVec2, dvec2};
@@ -57,27 +58,47 @@ uniform! {
     }
 }
 
-static TABLES: Mutex<Vec<(Aperture, Arc<SpriteTable>)>> = Mutex::new(Vec::new());
+/// An aperture, and by how much it is turned, radians.
+type Turned = (Aperture, f64);
+
+static TABLES: Mutex<Vec<(Turned, Arc<SpriteTable>)>> = Mutex::new(Vec::new());
+
+/// The aperture of a lens and the angle of the eye's meridian, which `shaders/lib/spots.wgsl` takes the
+/// table's axes for.
+fn turned(lens: &Lens) -> Turned {
+    let (meridian, _) = lens.meridian();
+    (lens.aperture.clone(), if lens.aperture.is_round() { 0.0 } else { meridian.to_angle() })
+}
 
 impl SpriteTable {
     /// The table for an aperture, made when it is new.
     pub fn of(aperture: &Aperture) -> Arc<Self> {
+        Self::of_turned((aperture.clone(), 0.0))
+    }
+
+    /// The table for a lens's aperture along its meridians ([`Lens::meridian`]).
+    pub fn of_lens(lens: &Lens) -> Arc<Self> {
+        Self::of_turned(turned(lens))
+    }
+
+    fn of_turned(wanted: Turned) -> Arc<Self> {
         let mut tables = TABLES.lock().unwrap_or_else(|poisoned| poisoned.into_inner());
-        if let Some(known) = tables.iter().position(|(a, _)| a == aperture) {
+        if let Some(known) = tables.iter().position(|(turned, _)| *turned == wanted) {
             let entry = tables.remove(known);
             tables.push(entry);
         } else {
             if tables.len() == KEPT_TABLES {
                 tables.remove(0);
             }
-            tables.push((aperture.clone(), Arc::new(Self::new(aperture))));
+            let table = Arc::new(Self::new(&wanted.0, wanted.1));
+            tables.push((wanted, table));
         }
         tables[tables.len() - 1].1.clone()
     }
 
-    fn new(aperture: &Aperture) -> Self {
+    fn new(aperture: &Aperture, angle_rad: f64) -> Self {
         let radius = aperture.radius();
-        let masses = cell_masses(aperture, radius);
+        let masses = cell_masses(aperture, angle_rad, radius);
         // From the centre outwards: small numbers where most of the light is, and
         // symmetric ones where the aperture is.
         let side = CELLS + 1;
@@ -128,7 +149,16 @@ impl SpriteTable {
 
     /// The table of an aperture as `idf_sums`, kept while it is used.
     pub(super) fn texture_of(aperture: &Aperture, gpu: &Gpu) -> Texture {
-        gpu.memo().get(aperture, || IdfSums(Self::of(aperture).upload(gpu))).0.clone()
+        Self::texture_of_turned((aperture.clone(), 0.0), gpu)
+    }
+
+    /// As [`SpriteTable::of_lens`].
+    pub(super) fn texture_of_lens(lens: &Lens, gpu: &Gpu) -> Texture {
+        Self::texture_of_turned(turned(lens), gpu)
+    }
+
+    fn texture_of_turned(turned: Turned, gpu: &Gpu) -> Texture {
+        gpu.memo().get(&turned.clone(), || IdfSums(Self::of_turned(turned).upload(gpu))).0.clone()
     }
 
     /// A texture of its own, not a pooled one: it is written before the frame's passes run,
@@ -169,15 +199,17 @@ impl SpriteTable {
     }
 }
 
-/// The IDF's integral over each cell, up to a common factor.
-fn cell_masses(aperture: &Aperture, radius: f64) -> Vec<f64> {
+/// The IDF's integral over each cell, up to a common factor. The table's axes are turned by
+/// `angle_rad` from x to y.
+fn cell_masses(aperture: &Aperture, angle_rad: f64, radius: f64) -> Vec<f64> {
+    let turn = DVec2::from_angle(angle_rad);
     let side = CELLS * SAMPLES_PER_CELL;
     let v_at = |i: usize| ((i as f64 + 0.5) / side as f64 * 2.0 - 1.0) * radius;
     let mut masses = vec![0.0; CELLS * CELLS];
     for y in 0..side {
         for x in 0..side {
             let cell = y / SAMPLES_PER_CELL * CELLS + x / SAMPLES_PER_CELL;
-            masses[cell] += aperture.intensity(dvec2(v_at(x), v_at(y)));
+            masses[cell] += aperture.intensity(turn.rotate(dvec2(v_at(x), v_at(y))));
         }
     }
     masses

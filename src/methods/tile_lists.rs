@@ -53,7 +53,7 @@ uniform! {
         reach_per_coc: f32,
         in_focus_coc_px: f32,
         reach: u32,
-        _unused: u32,
+        more_coc_px: f32,
     }
 }
 
@@ -157,23 +157,33 @@ pub struct FocusMap {
     reach_px: Buffer,
 }
 
+/// How far blur reaches.
+#[derive(Clone, Copy, Debug)]
+pub struct Reach {
+    /// CoC diameter, px, up to which a pixel is in focus and reaches nothing.
+    pub in_focus_coc_px: f64,
+    /// How far a pixel reaches, over its CoC diameter.
+    pub per_coc: f64,
+    /// By how much the diameter is greater than that of the CoC, px: an astigmatic eye's ellipse.
+    pub more_coc_px: f64,
+}
+
 impl FocusMap {
-    /// The map of `view` through `lens`: a pixel whose CoC diameter is wider than
-    /// `in_focus_coc_px` reaches what lies within `reach_per_coc` of it.
-    pub fn new(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, in_focus_coc_px: f64, reach_per_coc: f64) -> Self {
+    /// The map of `view` through `lens`.
+    pub fn new(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, blur: Reach) -> Self {
         let first_tile = view.overscan_px().div_ceil(TILE_PX);
         let outer = view.size().map(|side| side.div_ceil(TILE_PX)) + 2 * first_tile;
         let [near_px, far_px] = view.coc_bounds_px(frame, lens);
-        let reach_px = near_px.abs().max(far_px.abs()) * reach_per_coc + 1.0;
+        let reach_px = (near_px.abs().max(far_px.abs()) + blur.more_coc_px) * blur.per_coc + 1.0;
         let focus = Focus {
             tiles: outer.to_array(),
             first_tile,
             overscan: view.overscan_px(),
-            reach_per_coc: reach_per_coc as f32,
-            in_focus_coc_px: in_focus_coc_px as f32,
+            reach_per_coc: blur.per_coc as f32,
+            in_focus_coc_px: blur.in_focus_coc_px as f32,
             // No tile is farther away than the frame is wide.
             reach: ((reach_px / f64::from(TILE_PX)).ceil() as u32 + 1).min(outer.max_element()),
-            _unused: 0,
+            more_coc_px: blur.more_coc_px as f32,
         };
         let bytes = 4 * u64::from(outer.x) * u64::from(outer.y);
         let [marked, rows, all] =

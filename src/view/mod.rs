@@ -36,7 +36,7 @@ pub use upload::{GpuScene, SurfaceOptions};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Buffer, Frame, Gpu, Texture};
 use crate::image::{ColorImage, DepthImage};
-use crate::lens::Lens;
+use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
 use eyes::Eyes;
 use glam::{DVec2, UVec2};
@@ -88,6 +88,12 @@ uniform! {
         pub focus_z: f32,
         /// Standard deviation per axis over CoC diameter.
         pub sigma_per_coc: f32,
+        /// Direction of the eye's meridian ([`Lens::meridian`]).
+        pub meridian: [f32; 2],
+        /// What astigmatism adds to the CoC along it, px; 0 for a round blur.
+        pub astigmatism_px: f32,
+        /// Fills the structure to a multiple of 16 bytes.
+        pub _unused: f32,
     }
 }
 
@@ -316,11 +322,15 @@ impl View {
         // An absurd lens is closed until f32 holds it: its focus stays where it is, and all
         // else is blurred beyond any image either way.
         let closed = (GREATEST_FACTOR_PX / k_px.abs().max(slope_px.abs())).min(1.0);
+        let (meridian, astigmatism_px) = lens.meridian();
         LensUniform {
             k_px: (k_px * closed) as f32,
             slope_px: (slope_px * closed) as f32,
             focus_z: lens.stored_focus(self.projection.near_m) as f32,
             sigma_per_coc: lens.aperture.sigma_per_coc() as f32,
+            meridian: meridian.as_vec2().to_array(),
+            astigmatism_px: astigmatism_px.clamp(-GREATEST_COC_PX, GREATEST_COC_PX) as f32,
+            _unused: 0.0,
         }
     }
 
@@ -403,7 +413,12 @@ impl View {
         let shot = Shot { sheets, ..Shot::new(&projection, clip_from_view, shading_eye_m, LayerQuery::NEAREST) };
         // Of the eyes of all lens points the farthest: those to come share what is drawn.
         let radius_m = lens.aperture.radius() * projection.eye_on_lens_m(lens, DVec2::X).x;
-        let eyes = Eyes { radius_m: radius_m.max(eye_m.length()) as f32, focus_m: lens.focus_distance_m as f32 };
+        let moved_px = 0.5 * lens.aperture.radius().max(v.length()) * lens.greatest_astigmatism_px();
+        let eyes = Eyes {
+            radius_m: radius_m.max(eye_m.length()) as f32,
+            focus_d: lens.focus_d() as f32,
+            astigmatism_slope: (moved_px / projection.focal_px) as f32,
+        };
         Ok(source.draw_from_lens(frame, "lens view", &shot, eyes))
     }
 
@@ -439,7 +454,7 @@ pub fn auto_overscan_px(lens: &Lens, depths_m: &DepthImage) -> u32 {
     let extent = lens.aperture.radius();
     let greatest = lens.coc_statistics(depths_m.pixels.iter().copied());
     let coc_px = greatest.map_or(0.0, |s| s.min_signed_px.abs().max(s.max_signed_px.abs()));
-    let coc_px = coc_px + lens.astigmatism_px().x_axis.length() + greatest_shift_px(lens);
+    let coc_px = coc_px + lens.greatest_astigmatism_px() + greatest_shift_px(lens);
     (coc_px * 0.5 * extent).ceil().min(f64::from(MAX_AUTO_OVERSCAN_PX)) as u32
 }
 

@@ -3,6 +3,7 @@
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
 use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden};
 use crate::gpu::{Buffer, Frame, Texture, TextureKey};
+use crate::lens::Lens;
 use crate::{shader, uniform};
 use glam::UVec2;
 
@@ -121,6 +122,12 @@ uniform! {
 }
 
 impl View {
+    /// How far layers lie apart for a lens: the same for all primaries of a chromatic eye, so that
+    /// layers are drawn once for all of them.
+    pub fn layer_separation(&self, lens: &Lens) -> LayerSeparation {
+        LayerSeparation::of(&self.lens_uniform(&lens.of_all_primaries()))
+    }
+
     /// The nearest layers; an image's have one texel a pixel, and what it hides is guessed
     /// (`view/hidden.rs`). Kept until the view or the order changes. Errors if the fine layers
     /// exceed the adapter's texture size.

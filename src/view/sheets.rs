@@ -7,7 +7,7 @@
 //! [`View::sheets`] itself.
 
 use super::raster::SceneSource;
-use super::{Layer, LayerQuery, LayerSeparation, Source, View, copy_to_array_layer};
+use super::{Layer, LayerQuery, Source, View, copy_to_array_layer};
 use crate::gpu::{Frame, Shader, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::{shader, uniform};
@@ -76,7 +76,7 @@ impl View {
 
     /// The sheets in view, in layers as far apart as `lens` tells; `None` if there are none.
     pub fn sheets(&mut self, frame: &mut Frame<'_>, lens: &Lens) -> Option<Sheets> {
-        let separation_z = LayerSeparation::of(&self.lens_uniform(lens)).z;
+        let separation_z = self.layer_separation(lens).z;
         if let Some(known) = self.sheets.as_ref().filter(|known| known.separation_z == separation_z) {
             frame.skip("sheets unchanged");
             return Some(known.clone());

@@ -5,6 +5,8 @@ use super::AdaptiveUniform;
 use super::tiles::TILE_PX;
 use crate::aperture::Aperture;
 use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
+use crate::lens::Lens;
+use crate::methods::sprites::SpriteTable;
 use crate::view::{Lights, Peeled};
 use crate::{shader, uniform};
 use glam::{UVec2, dvec2};
@@ -39,7 +41,8 @@ pub(super) struct Highlights {
     /// For each inner tile the length of its list.
     pub listed_counts: Buffer,
     pub emitters: Buffer,
-    /// Share of the lens's light below and to the left of lens points from -1 to 1 lens radii.
+    /// Share of the lens's light below and to the left of lens points from -1 to 1 lens radii; of an
+    /// astigmatic eye its [`SpriteTable`].
     pub aperture: Texture,
 }
 
@@ -47,12 +50,14 @@ impl Highlights {
     /// Records the passes that find the emitters of all layers and list them by tile.
     pub fn find(
         frame: &mut Frame<'_>,
-        aperture: &Aperture,
+        lens: &Lens,
         lights: &Lights,
         peeled: &Peeled,
         adaptive: &AdaptiveUniform,
     ) -> Self {
         let gpu = frame.gpu();
+        let aperture = &lens.aperture;
+        let more_s = 0.5 * lens.greatest_astigmatism_px() as f32;
         let [columns, rows] = adaptive.inner_tiles.map(u64::from);
         // What blurs into the inner frame lies within reach of it, in the outer frame or beyond.
         let margin_tiles = adaptive.reach.saturating_sub(adaptive.first_tile);
@@ -69,9 +74,12 @@ impl Highlights {
             listed_counts: counts(gpu, adaptive),
             lists: gpu.scratch("emitter lists", 4 * u64::from(CAPACITY) * columns * rows),
             emitters: gpu.scratch("emitters", EMITTER_BYTES * most_emitters(adaptive, margin_tiles)),
-            aperture: gpu.memo().get(aperture, || ApertureTable(aperture_table(gpu, aperture))).0.clone(),
+            aperture: match more_s {
+                0.0 => gpu.memo().get(aperture, || ApertureTable(aperture_table(gpu, aperture))).0.clone(),
+                _ => SpriteTable::texture_of_lens(lens, gpu),
+            },
         };
-        let greatest_s = adaptive.nearest_s.abs().max(adaptive.farthest_s.abs());
+        let greatest_s = adaptive.nearest_s.abs().max(adaptive.farthest_s.abs()) + more_s;
         let has_large = greatest_s * adaptive.lens_radius >= LARGE_FROM_PX;
         // Cells of at most a tile belong to blur of less than 64 px, which reaches no farther.
         let small = (1, margin_tiles.min(LARGE_FROM_PX as u32 / TILE_PX + 1));

@@ -36,7 +36,7 @@ use crate::aperture::Aperture;
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
-use crate::view::{DISOCCLUSION_PX, LayerSeparation, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View};
+use crate::view::{DISOCCLUSION_PX, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View};
 use passes::Rays;
 pub use points::lens_points;
 pub use progressive::{AdaptiveRun, TURNED_FRAMES};
@@ -151,7 +151,7 @@ impl Method for Adaptive {
             summary: "Traces a few lens rays a pixel through peeled layers, only where the blur needs them, and filters what they hit by depth.",
             limits: "Four solid surfaces behind one another, and four sheets of glass, smoke or soft leaves, which have one sample a pixel; with an image as input what the foreground hides is guessed from what lies beside it. Shading does not depend on the lens point.",
             apertures: Apertures::Any,
-            astigmatism: false,
+            astigmatism: true,
             needs_scene: false,
             conserves_energy: false,
             averages: true,
@@ -239,6 +239,7 @@ impl Method for Adaptive {
 
     fn record(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Texture, MethodError> {
         let greatest_px = view.coc_bounds_px(frame, lens).map(f64::abs).into_iter().fold(0.0, f64::max);
+        let greatest_px = greatest_px + lens.greatest_astigmatism_px();
         if !view.has_sheets() && 0.5 * greatest_px * (lens.aperture.sigma_per_coc() / 0.25) < tiles::COPY_RADIUS_PX {
             frame.skip("all tiles in focus");
             return Ok(pinhole::inner(frame, view));
@@ -300,8 +301,8 @@ impl Adaptive {
     /// The layers that the lens can show parts of: one where no neighbouring pixels lie far
     /// enough apart in CoC for anything to show between them.
     fn peel(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Result<Peeled, MethodError> {
+        let separation = view.layer_separation(lens);
         let lens = view.lens_uniform(lens);
-        let separation = LayerSeparation::of(&lens);
         let mut order =
             PeelOrder { count: self.layers, fineness: self.fineness, draws: self.draws, separation, lights: true };
         if 0.5 * lens.slope_px * view.greatest_z_step(frame) < DISOCCLUSION_PX {
@@ -376,7 +377,7 @@ impl Adaptive {
             noise_limit: if view.is_scene() { NOISE_LIMIT } else { IMAGE_NOISE_LIMIT },
             is_image: (!view.is_scene()).into(),
             staggered: peeled.staggered.into(),
-            is_disc: (lens.aperture == Aperture::Disc).into(),
+            is_disc: (lens.aperture == Aperture::Disc && lens.greatest_astigmatism_px() == 0.0).into(),
         }
     }
 }

@@ -81,7 +81,8 @@ impl TileGrid {
         let radii_px = [near_px, far_px].map(|c| (0.5 * c).clamp(-MAX_RADIUS_PX, MAX_RADIUS_PX));
         let inner_tiles = view.size().map(|side| side.div_ceil(TILE_PX));
         let first_tile = view.overscan_px().div_ceil(TILE_PX);
-        let greatest_px = radii_px[0].abs().max(radii_px[1].abs()) * lens.aperture.radius();
+        let more_px = 0.5 * lens.greatest_astigmatism_px();
+        let greatest_px = (radii_px[0].abs().max(radii_px[1].abs()) + more_px) * lens.aperture.radius();
         let reach = ((greatest_px + 1.0) / f64::from(TILE_PX)).ceil() as u32 + 1;
         Self { radii_px, tiles: inner_tiles + 2 * first_tile, inner_tiles, first_tile, reach }
     }
@@ -117,8 +118,7 @@ pub(super) fn build(
         .texture("radii", &radii)
         .buffer("marked", &marked)
         .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
-    let highlights =
-        peeled.lights.as_ref().map(|lights| Highlights::find(frame, &lens.aperture, lights, peeled, adaptive));
+    let highlights = peeled.lights.as_ref().map(|lights| Highlights::find(frame, lens, lights, peeled, adaptive));
     let emitter_counts = match &highlights {
         Some(highlights) => highlights.counts.clone(),
         None => highlights::counts(gpu, adaptive),

@@ -47,9 +47,14 @@ impl Views {
         lens: &Lens,
         adaptive: &AdaptiveUniform,
     ) -> Result<Self, ViewError> {
-        let known: Option<Self> = view.kept().clone();
-        if let Some(views) = known.filter(|views| views.lens == *lens) {
+        let known: Vec<Self> = view.kept().take().unwrap_or_default();
+        // The three primaries of a chromatic eye have views of their own.
+        let all = lens.of_all_primaries();
+        let mut known: Vec<Self> = known.into_iter().filter(|views| views.lens.of_all_primaries() == all).collect();
+        let found = known.iter().find(|views| views.lens == *lens).cloned();
+        if let Some(views) = found {
             frame.skip("off-centre views unchanged");
+            *view.kept() = Some(known);
             return Ok(views);
         }
         let (size, format) = (view.size(), wgpu::TextureFormat::Rgba16Float);
@@ -76,7 +81,8 @@ impl Views {
             .texture("radii", &radii)
             .dispatch(size);
         let views = Self { radii, colors, lens: lens.clone() };
-        *view.kept() = Some(views.clone());
+        known.push(views.clone());
+        *view.kept() = Some(known);
         Ok(views)
     }
 }

@@ -21,11 +21,11 @@ mod slabs;
 pub use slabs::{SlabRange, slab_ranges};
 
 use super::sheet_rays::SheetRays;
-use super::tile_lists::{self, DEFOCUSED, FocusMap};
+use super::tile_lists::{self, DEFOCUSED, FocusMap, Reach};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
-use crate::view::{EnvironmentUniform, LayerSeparation, Tone, View};
+use crate::view::{EnvironmentUniform, Tone, View};
 use crate::{shader, uniform};
 use glam::{DVec2, Vec2};
 use nbuffer::{NBuffer, window_side};
@@ -147,7 +147,7 @@ impl Method for Multiview {
             summary: "Draws the scene once in slabs of depth and traces rays from the whole lens through them: hidden surfaces come into sight as they should.",
             limits: "Within a slab only the nearest solid surface is known, and rays that pass under it meet it (section 4.3), and of glass four sheets behind one another, which do not shift with the lens point. What an image with a depth map hides is guessed from what lies beside it.",
             apertures: Apertures::Any,
-            astigmatism: false,
+            astigmatism: true,
             needs_scene: false,
             conserves_energy: false,
             averages: true,
@@ -262,7 +262,9 @@ impl Method for Multiview {
         let slabs = self.slabs(frame, view, lens)?;
         let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
         let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
-        let n_buffer = NBuffer::of(frame, view, &slabs, sides.clone());
+        // One for each primary of a chromatic eye, if it has three.
+        let lenses = if lens.eye.farthest_shift_d == 0.0 { 1 } else { 3 };
+        let n_buffer = NBuffer::of(frame, view, &slabs, sides.clone(), lenses);
 
         let mut params = self.uniform(view, lens, &slabs, &points);
         for (window, (square, side)) in params.windows.iter_mut().zip(squares.iter().zip(&sides)) {
@@ -274,7 +276,8 @@ impl Method for Multiview {
         // Rays that shade see reflections move where all else is in focus, and sheets may be blurred there.
         let in_focus_coc_px = if self.shades(view) || sheets.any { -1.0 } else { IN_FOCUS_COC_PX };
         let reach_per_coc = 0.5 * lens.aperture.radius();
-        let tiles = FocusMap::new(frame, view, lens, in_focus_coc_px, reach_per_coc).tiles(frame, view);
+        let blur = Reach { in_focus_coc_px, per_coc: reach_per_coc, more_coc_px: lens.greatest_astigmatism_px() };
+        let tiles = FocusMap::new(frame, view, lens, blur).tiles(frame, view);
         tiles.copy_in_focus(frame, &seen.color, view.overscan_px(), &result);
         let shading = if self.shades(view) { Some(view.shading()?) } else { None };
         let (environment, lights) = shading.map_or_else(
@@ -367,7 +370,7 @@ impl Multiview {
                 ranges,
                 levels,
                 surfaces: self.shades(view),
-                hidden: (self.guesses_hidden(view) && count > 1).then(|| LayerSeparation::of(&view.lens_uniform(lens))),
+                hidden: (self.guesses_hidden(view) && count > 1).then(|| view.layer_separation(lens)),
                 one_by_one: DRAWINGS[self.drawing] == "one by one",
             },
         )
@@ -422,7 +425,7 @@ impl Multiview {
 /// may read.
 fn square_px(view: &View, lens: &Lens, range: &SlabRange, points: &LensPoints) -> u32 {
     let c = |z: f32| lens.coc().at_stored(f64::from(z), view.projection().near_m).abs();
-    let coc_px = c(range.z_near).max(c(range.z_far));
+    let coc_px = c(range.z_near).max(c(range.z_far)) + lens.greatest_astigmatism_px();
     // A trilinear read of the level above a cone's width takes texels two widths away.
     let cone_px = 2.0 * (points.cone_per_coc * coc_px).clamp(1.0, WIDEST_CONE_PX);
     let reach_px = (0.5 * coc_px * points.radius + cone_px).ceil();

@@ -32,21 +32,27 @@ pub(super) fn window_side(square: u32) -> u32 {
 }
 
 impl NBuffer {
-    /// Windows of `sides[i]` px (powers of two) for slab i, built unless the last ones fit.
-    pub fn of(frame: &mut Frame<'_>, view: &mut View, slabs: &Slabs, sides: Vec<u32>) -> Self {
-        if let Some(kept) = view.kept::<Self>()
-            && kept.sides == sides
-            && kept.depth.same(&slabs.depth)
-        {
-            let kept = kept.clone();
-            frame.skip("N-buffer unchanged");
-            frame.expose(format_args!("N-buffer {}", kept.sides.iter().max().unwrap_or(&1)), &kept.nearest);
-            return kept;
-        }
-        *view.kept::<Self>() = None;
-        let built = Self { nearest: build(frame, slabs, &sides), sides, depth: slabs.depth.clone() };
-        *view.kept() = Some(built.clone());
-        built
+    /// Windows of `sides[i]` px (powers of two) for slab i, built unless one of the last `most` ones
+    /// fits.
+    pub fn of(frame: &mut Frame<'_>, view: &mut View, slabs: &Slabs, sides: Vec<u32>, most: usize) -> Self {
+        let mut kept: Vec<Self> = view.kept().take().unwrap_or_default();
+        kept.retain(|kept| kept.depth.same(&slabs.depth));
+        let known = kept.iter().position(|kept| kept.sides == sides);
+        let last = match known {
+            Some(index) => {
+                let known = kept.remove(index);
+                frame.skip("N-buffer unchanged");
+                frame.expose(format_args!("N-buffer {}", known.sides.iter().max().unwrap_or(&1)), &known.nearest);
+                known
+            }
+            None => {
+                kept.truncate(most - 1);
+                Self { nearest: build(frame, slabs, &sides), sides, depth: slabs.depth.clone() }
+            }
+        };
+        kept.insert(0, last.clone());
+        *view.kept() = Some(kept);
+        last
     }
 }
 

@@ -37,7 +37,7 @@ use super::sprites::{SpriteTable, SpritesUniform};
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
 use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
-use crate::view::{Layer, LayerSeparation, LensUniform, View};
+use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
 use glam::UVec2;
 
@@ -104,6 +104,7 @@ impl Default for Splat {
 }
 
 uniform! {
+    #[derive(PartialEq)]
     struct Params {
         delta: f32,
         separation_z: f32,
@@ -128,7 +129,7 @@ impl Method for Splat {
             summary: "Spreads every pixel over its blur spot on three layers around each destination, with a second image of what the foreground hides.",
             limits: "Two solid surfaces deep: a third behind two blurred ones is missing. Glass behind a blurred solid rim is drawn over it. The cost grows with the area of the CoC.",
             apertures: Apertures::Any,
-            astigmatism: false,
+            astigmatism: true,
             needs_scene: false,
             conserves_energy: true,
             averages: true,
@@ -295,11 +296,41 @@ impl Splat {
         if !self.hidden_is_needed(frame, view, lens) {
             return Ok(pass.compose(frame, layers, None));
         }
-        let limit = pass.hidden_limit(frame);
-        let hidden = view.hidden(frame, &limit, LayerSeparation::of(&pass.lens))?;
+        let hidden = self.hidden_image(frame, view, lens, pass)?;
         frame.expose("hidden", &hidden.color);
         let hidden_layers = pass.splat_hidden(frame, &hidden);
         Ok(pass.compose(frame, layers, Some(&hidden_layers)))
+    }
+
+    /// What the foreground hides. All primaries of a chromatic eye share one, drawn for that which blurs
+    /// the foreground most.
+    fn hidden_image(
+        &self,
+        frame: &mut Frame<'_>,
+        view: &mut View,
+        lens: &Lens,
+        pass: &Splatting,
+    ) -> Result<Layer, MethodError> {
+        let separation = view.layer_separation(lens);
+        let farthest = lens.of_farthest_primary();
+        if lens.eye.farthest_shift_d == 0.0 {
+            let limit = pass.hidden_limit(frame);
+            return Ok(view.hidden(frame, &limit, separation)?);
+        }
+        let key = (farthest.clone(), pass.params);
+        let known = view.kept::<HiddenOfPrimaries>().take().filter(|known| known.key == key && *lens != farthest);
+        let layer = match known {
+            Some(known) => {
+                frame.skip("hidden image of another primary");
+                known.layer
+            }
+            None => {
+                let limit = Splatting { lens: view.lens_uniform(&farthest), ..pass.clone() }.hidden_limit(frame);
+                view.hidden(frame, &limit, separation)?
+            }
+        };
+        *view.kept() = Some(HiddenOfPrimaries { key, layer: layer.clone() });
+        Ok(layer)
     }
 
     fn hidden_is_needed(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> bool {
@@ -308,7 +339,7 @@ impl Splat {
         }
         // Foreground whose spots stay within a pixel occludes nothing partially.
         let [nearest_px, _] = view.coc_bounds_px(frame, lens);
-        if -nearest_px * lens.aperture.radius() <= 1.0 {
+        if (lens.greatest_astigmatism_px() - nearest_px) * lens.aperture.radius() <= 1.0 {
             frame.skip("no foreground: no hidden image");
             return false;
         }
@@ -334,6 +365,12 @@ impl Splat {
     }
 }
 
+/// The hidden image that the primaries of a chromatic eye share, with what it was drawn for.
+struct HiddenOfPrimaries {
+    key: (Lens, Params),
+    layer: Layer,
+}
+
 /// One frame's splatting: what goes in.
 #[derive(Clone)]
 struct Splatting {
@@ -351,20 +388,20 @@ struct Splatting {
 
 impl Splatting {
     fn new(splat: &Splat, frame: &mut Frame<'_>, view: &mut View, lens: &Lens) -> Self {
-        let table = SpriteTable::of(&lens.aperture);
+        let table = SpriteTable::of_lens(lens);
         let [nearest_px, farthest_px] = view.coc_bounds_px(frame, lens);
         Self {
             visible: view.pinhole(frame),
             lens: view.lens_uniform(lens),
             sprites: table.uniform(view),
             params: splat.uniform(frame, view, lens),
-            idf_sums: SpriteTable::texture_of(&lens.aperture, frame.gpu()),
+            idf_sums: SpriteTable::texture_of_lens(lens, frame.gpu()),
             size: view.size(),
             by_sprites: match SUMMED_BY[splat.by] {
                 "adapter" => frame.gpu().is_software() && sprites::blends_32_bits(frame.gpu()),
                 by => by == "sprites",
             },
-            reach_px: table.reach_px(nearest_px.abs().max(farthest_px.abs())),
+            reach_px: table.reach_px(nearest_px.abs().max(farthest_px.abs()) + lens.greatest_astigmatism_px()),
         }
     }
 

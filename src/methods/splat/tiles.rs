@@ -16,9 +16,15 @@ const TILE_PX: u32 = 16;
 const SOURCES: u32 = 320;
 const WORDS: u32 = 10;
 
-/// Tiles of sources that one pass sums on a software adapter: it ends all loops of an
-/// invocation after 65,535 rounds, of which a tile takes one, one a word and one a source.
-const TILES_A_PART: u32 = 65_535 / (1 + WORDS + SOURCES);
+/// Rounds that a source takes where spots are ellipses: one, one a pixel of four, and one a strip of
+/// each (`STRIPS` in `shaders/lib/spots.wgsl`).
+const ROUNDS_AN_ELLIPSE: u32 = 1 + 4 * (1 + 7);
+
+/// Tiles of sources that one pass sums on a software adapter: it ends all loops of an invocation
+/// after 65,535 rounds, of which a tile takes one, one a word and `rounds` a source.
+const fn tiles_a_part(rounds: u32) -> u32 {
+    65_535 / (1 + WORDS + rounds * SOURCES)
+}
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
@@ -36,11 +42,11 @@ uniform! {
 
 impl Tiles {
     /// The parts in which the tiles of the window are summed.
-    fn parts(&self, gpu: &Gpu) -> Vec<Self> {
+    fn parts(&self, gpu: &Gpu, rounds: u32) -> Vec<Self> {
         let side = 2 * self.window + 1;
         let [x, y] = self.count.map(|count| count.min(side));
         let whole = x * y;
-        let step = if gpu.is_software() { TILES_A_PART } else { whole };
+        let step = if gpu.is_software() { tiles_a_part(rounds) } else { whole };
         let part = |begin| Self { part_begin: begin, part_end: begin + step, is_first: (begin == 0).into(), ..*self };
         (0..whole).step_by(step as usize).map(part).collect()
     }
@@ -84,7 +90,8 @@ impl Splatting {
         let reach = self.measure(frame, source, arrays, &tiles, measure);
         let goes_on = sums.is_some();
         let mut layers: [Texture; N] = sums.unwrap_or_else(|| std::array::from_fn(|_| none.clone()));
-        for part in tiles.parts(frame.gpu()) {
+        let rounds = if self.lens.astigmatism_px == 0.0 { 1 } else { ROUNDS_AN_ELLIPSE };
+        for part in tiles.parts(frame.gpu(), rounds) {
             let part = Tiles { is_first: if goes_on { 0 } else { part.is_first }, ..part };
             let new = labels.map(|label| frame.texture(label, self.size, FORMAT));
             let pass = self.of_source(frame.pass(&SHADER, gather), source, arrays, &part);

@@ -14,6 +14,8 @@ mod profile;
 mod progress;
 mod psf;
 mod render;
+#[cfg(all(test, feature = "window"))]
+mod round_trip;
 mod select;
 mod setup;
 mod stereo;

@@ -170,9 +170,10 @@ pub struct EyeOptions {
     /// Axis of the cylinder, degrees from 0 to 180
     #[arg(long, value_name = "DEG")]
     pub axis: Option<f64>,
-    /// How much nearer than at rest the eye can focus, dioptres [default: that of its age]
-    #[arg(long, value_name = "D")]
-    pub accommodation: Option<f64>,
+    /// How much nearer than at rest the eye can focus, dioptres; any: as near as is asked [default: that of
+    /// its age]
+    #[arg(long, value_name = "D|any", value_parser = parse_accommodation)]
+    pub accommodation: Option<Accommodation>,
     /// Chromatic aberration: each of the display's primaries has its own focus; their dominant wavelengths in
     /// nm [default: the display's]
     #[arg(long, value_name = "R,G,B", num_args = 0..=1, require_equals = true, value_parser = parse_primaries)]
@@ -188,6 +189,15 @@ pub enum Adaptation {
     CdM2(f64),
 }
 
+/// How near an eye can focus.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Accommodation {
+    /// As near as is asked.
+    Any,
+    /// Nearer than at rest by so many dioptres.
+    Dioptres(f64),
+}
+
 impl EyeOptions {
     /// What is said about the eye in place of `eye`, before a display of such light.
     pub fn overridden(&self, eye: Eye, screen: &Screen) -> Eye {
@@ -199,7 +209,11 @@ impl EyeOptions {
             axis_deg: self.axis.unwrap_or(base.axis_deg),
         };
         let by_age = self.age.or(preset.map(|preset| preset.age_years)).map(amplitude_d);
-        let accommodation_d = self.accommodation.or(by_age).or(eye.accommodation_d);
+        let accommodation_d = match self.accommodation {
+            Some(Accommodation::Any) => None,
+            Some(Accommodation::Dioptres(d)) => Some(d),
+            None => by_age.or(eye.accommodation_d),
+        };
         let chromatic = self.chromatic.map(|given| given.unwrap_or(screen.primaries_nm)).or(eye.chromatic);
         Eye { refraction, accommodation_d, chromatic, ..eye }
     }
@@ -231,6 +245,13 @@ fn parse_adaptation(text: &str) -> Result<Adaptation, String> {
         return Ok(Adaptation::Display);
     }
     text.parse().map(Adaptation::CdM2).map_err(|_| "give a luminance in cd/m2, such as 100, or display".into())
+}
+
+fn parse_accommodation(text: &str) -> Result<Accommodation, String> {
+    if text == "any" {
+        return Ok(Accommodation::Any);
+    }
+    text.parse().map(Accommodation::Dioptres).map_err(|_| "give dioptres, such as 1.5, or any".into())
 }
 
 fn parse_eye(text: &str) -> Result<EyePreset, String> {

@@ -86,6 +86,8 @@ pub enum Action {
     SaveNumbers(Numbers),
     /// Tell what every texture of the method under the pointer holds, or stop.
     Story,
+    /// Show the point spread function of pane A's method.
+    Kernel,
     /// Show or hide the batch.
     Batch,
     /// Read the scene's file with so many metres a unit of length.

@@ -26,6 +26,7 @@ impl App {
             Action::FiguresForPaper => self.ask_for_paper(),
             Action::SaveNumbers(numbers) => self.dialogs.save_numbers(ctx, &self.document, numbers),
             Action::Batch => self.toggle_batch(),
+            Action::Kernel => self.show_kernel(),
             Action::Story => {
                 self.preferences.panels_hidden = false;
                 self.inspector.toggle_story();

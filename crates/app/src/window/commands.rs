@@ -96,6 +96,7 @@ impl App {
             command("Reload shaders on save".into(), Action::WatchShaders),
             command("Compare pane A with its shaders as built".into(), Action::CompareBuilds(a)),
             command("Time the passes of pane A".into(), Action::TimePasses),
+            command("Point spread function of pane A".into(), Action::Kernel),
         ];
         let units = [("metres", 1.0), ("centimetres", 0.01), ("millimetres", 0.001), ("inches", 0.0254)];
         commands.extend(units.map(|(name, m)| command(format!("Scene's file in {name}"), Action::ScaleScene(m))));

@@ -45,6 +45,7 @@ impl App {
                 self.inspector.close();
                 let reveal = self.inspector.take_reveal();
                 revealed(ui, "Inspector", false, reveal, |ui| self.inspector(ui));
+                self.kernel_group(ui);
                 self.vr_group(ui);
                 group(ui, "Timing", self.is_open_at_first("Timing"), |ui| self.timing_group(ui));
                 ui.add_space(8.0);

@@ -41,6 +41,7 @@ mod files;
 mod focusing;
 mod help;
 mod inspecting;
+mod kernels;
 mod legend;
 mod loading;
 mod messages;
@@ -65,14 +66,14 @@ mod watch;
 pub use action::{Action, Command};
 pub use dialogs::{Answer, Numbers, Purpose};
 pub use engine::{
-    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Measured, Pairing, Pane, Quantiles,
-    Reading, Request, Tempo, Verdict, Wake,
+    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Kernel, KernelOf, Measured,
+    MeasuredKernel, Pairing, Pane, Quantiles, Reading, Request, Tempo, Verdict, Wake,
 };
 pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use model::{
     Arrangement, BatchRow, Channel, Difference, DifferenceKind, DistanceUnit, Document, FocusMode, FocusSettings,
-    Inside, LESSONS, Lesson, MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree, PictureKind,
-    PictureSize, Preferences, REFERENCE_SAMPLES, Show, Theme, Zoom,
+    Inside, KernelChoice, LESSONS, Lesson, MAX_PANES, MethodChoice, Navigation, PaneId, PaneState, PaneTree,
+    PictureKind, PictureSize, Preferences, REFERENCE_SAMPLES, Show, Theme, Zoom,
 };
 pub use ui::panels;
 pub use ui::style::apply as apply_style;
@@ -142,6 +143,7 @@ pub struct App {
     focus_motion: focusing::FocusMotion,
     lens_panel: panels::LensPanel,
     inspector: inspecting::Inspector,
+    kernels: kernels::Kernels,
     undoer: Undoer<Document>,
     loader: loading::Loader,
     /// What the engine's source was opened from.
@@ -272,6 +274,7 @@ impl App {
             focus_motion: Default::default(),
             lens_panel: Default::default(),
             inspector: Default::default(),
+            kernels: Default::default(),
             undoer: Undoer::with_settings(settings),
             loader: Default::default(),
             loaded: None,

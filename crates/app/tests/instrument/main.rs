@@ -11,6 +11,7 @@ mod tiny_files;
 mod class;
 mod fields;
 mod figures;
+mod kernel;
 mod labels;
 mod pace;
 mod paper;

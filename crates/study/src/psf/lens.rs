@@ -1,6 +1,10 @@
 //! The lens's own modulation transfer function.
 
+use super::Side;
 use defocus::aperture::Aperture;
+use defocus::image::ColorImage;
+use defocus::methods::sprites::SpriteTable;
+use glam::{DVec2, UVec2, Vec3};
 use std::f64::consts::{PI, TAU};
 
 /// Lens points by which the MTF of an aperture without a closed form is computed.
@@ -39,4 +43,15 @@ pub fn lens_mtf(aperture: &Aperture, coc_px: f64, frequency: f64) -> f64 {
             f64::hypot(cos, sin) / f64::from(POINTS)
         }
     }
+}
+
+/// The lens's own point spread function as pixels see it: the share of a point's light in each,
+/// the point at the centre of the pixel right below and right of the picture's centre, as in
+/// [`super::Psf::image`].
+pub fn lens_kernel(aperture: &Aperture, (coc_px, side): (f64, Side), size: UVec2) -> ColorImage {
+    let table = SpriteTable::of(aperture);
+    let c_px = if side == Side::Front { -coc_px } else { coc_px };
+    let point = (size / 2).as_dvec2();
+    let share = |x: u32, y: u32| table.share(DVec2::new(x.into(), y.into()) - point, c_px) as f32;
+    ColorImage::from_fn(size, |x, y| Vec3::splat(share(x, y)))
 }

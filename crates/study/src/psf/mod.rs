@@ -8,7 +8,7 @@
 mod lens;
 pub mod report;
 
-pub use lens::{bessel_j1, lens_mtf};
+pub use lens::{bessel_j1, lens_kernel, lens_mtf};
 
 use crate::compare::params_json;
 use crate::{Progress, StudyError, render, step};
@@ -167,8 +167,8 @@ pub fn measure(
     (cocs_px, side): (&[f64], Side),
     progress: &mut Progress<'_>,
 ) -> Result<Vec<Psf>, StudyError> {
-    let mut found = Vec::new();
-    let of = (cocs_px.len() * methods.len()) as u32;
+    let mut found: Vec<Psf> = Vec::new();
+    let of = (cocs_px.len() * methods.len()) as u32 * (1 + SHIFTS);
     for &coc_px in cocs_px {
         let lens = lens_at(lens, coc_px, side);
         let stage = Stage::new(&lens, coc_px);
@@ -176,10 +176,13 @@ pub fn measure(
         let mut views = shifts.iter().map(|shift| stage.view(gpu, *shift)).collect::<Result<Vec<_>, _>>()?;
         let mut centred = stage.view(gpu, DVec2::ZERO)?;
         for method in methods {
-            step(progress, method.about().id, found.len() as u32, of)?;
+            let id = method.about().id;
+            let before = found.len() as u32 * (1 + SHIFTS);
+            step(progress, id, before, of)?;
             let image = render(gpu, &mut centred, &lens, method.as_ref())?.color;
             let mut sums = Sums::new(coc_px);
-            for (view, shift) in views.iter_mut().zip(&shifts) {
+            for (i, (view, shift)) in (1..).zip(views.iter_mut().zip(&shifts)) {
+                step(progress, id, before + i, of)?;
                 let image = render(gpu, view, &lens, method.as_ref())?.color;
                 sums.add(&image, stage.point_px(*shift));
             }

@@ -2,14 +2,15 @@
 
 use super::errand::{Errand, PassTimes};
 use super::identity::Identity;
-use super::lane::{Drawn, Job, Lane, Subject, Told, upload};
+use super::kernel::{Kernel, KernelOf};
+use super::lane::{Drawn, Job, Lane, Subject, Told, Work, upload};
 use super::milestone::Milestone;
 use super::pane::{LEAST_SAMPLES, Pane};
 use super::renderer::Engine;
 use super::request::Request;
 use super::schedule::is_built_elsewhere;
 use super::wake::Wake;
-use crate::window::model::PaneId;
+use crate::window::model::{KernelChoice, PaneId};
 use defocus::display::Display;
 use defocus::gpu::{Gpu, download};
 use defocus::image::ColorImage;
@@ -52,7 +53,7 @@ impl Engine {
             exposure: request.exposure.clone(),
         };
         let as_built = is_built_elsewhere(&identity.method, &self.shaders);
-        let job = Job { ticket: self.tickets, subject, method, as_built, timed_runs: 0 };
+        let job = Job { ticket: self.tickets, subject, method, as_built, work: Work::Picture };
         let lane = started(&mut self.lane, &self.gpu, &self.wake, &self.shaders);
         if let Some(before) = pane.errand.take() {
             lane.give_up(before.ticket);
@@ -77,7 +78,34 @@ impl Engine {
         }
         let as_built = is_built_elsewhere(&identity.method, &self.shaders);
         self.pass_times = Some(PassTimes { ticket: self.tickets, of: identity, times: None });
-        lane.draw(Job { ticket: self.tickets, subject, method, as_built, timed_runs: TIMED_RUNS });
+        lane.draw(Job { ticket: self.tickets, subject, method, as_built, work: Work::TimePasses(TIMED_RUNS) });
+    }
+
+    /// Has the point spread function of a pane's method measured beside the interface, unless it
+    /// is or was; [`Engine::kernel`] has it once it is there.
+    pub fn measure_kernel(&mut self, id: PaneId, choice: KernelChoice) {
+        let (Some(source), Some(pane), Some(asked)) = (&self.source, self.panes.get(&id), &self.asked) else { return };
+        let exposure = asked.exposure.clone();
+        let (world, aperture) = (self.world, exposure.lens.aperture.clone());
+        let of = KernelOf { world, method: pane.state.method.clone(), aperture, choice };
+        if self.kernel.as_ref().is_some_and(|known| known.of == of) {
+            return;
+        }
+        let Ok(method) = of.method.build() else { return };
+        self.tickets += 1;
+        let subject = Subject { world, source: source.source().clone(), options: source.options(), exposure };
+        let as_built = is_built_elsewhere(&of.method, &self.shaders);
+        let lane = started(&mut self.lane, &self.gpu, &self.wake, &self.shaders);
+        if let Some(before) = &self.kernel {
+            lane.give_up(before.ticket);
+        }
+        self.kernel = Some(Kernel { ticket: self.tickets, of, psf: None });
+        lane.draw(Job { ticket: self.tickets, subject, method, as_built, work: Work::Kernel(choice) });
+    }
+
+    /// What was measured last, and of which method.
+    pub fn kernel(&self) -> Option<&Kernel> {
+        self.kernel.as_ref()
     }
 
     /// What was timed last, and of which picture.
@@ -114,8 +142,12 @@ impl Engine {
                 timed.times = Some(match told {
                     Told::Times(times) => Ok(times),
                     Told::Failed(error) => Err(error),
-                    Told::Progress(..) | Told::Picture(_) => continue,
+                    Told::Progress(..) | Told::Picture(_) | Told::Kernel(_) => continue,
                 });
+                continue;
+            }
+            if let Some(kernel) = self.kernel.as_mut().filter(|kernel| kernel.ticket == ticket) {
+                kernel.take(told);
                 continue;
             }
             let mut panes = self.panes.iter_mut();
@@ -135,7 +167,7 @@ impl Engine {
                     let texture = upload(&self.gpu, &drawn.color);
                     pane.take_drawn(drawn, texture, self.revisions, self.blur_px);
                 }
-                Told::Times(_) => {}
+                Told::Times(_) | Told::Kernel(_) => {}
                 Told::Failed(error) => {
                     if let Some(errand) = pane.errand.take() {
                         pane.fail(error, &errand.identity.exposure);

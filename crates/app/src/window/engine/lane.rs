@@ -5,15 +5,19 @@ use super::Wake;
 use super::progress::{Progressive, passed_power_of_two, progressive};
 use super::request::Exposure;
 use super::views::{Views, Which};
+use crate::window::model::KernelChoice;
 use defocus::gpu::{Frame, Gpu, PassTime, Texture, download};
 use defocus::image::ColorImage;
+use defocus::lens::Lens;
 use defocus::methods::{self, Method};
 use defocus::view::{SurfaceOptions, View};
+use defocus_study::psf::{self, Psf};
 use defocus_study::steps::Steps;
 use defocus_study::timing::RunTimes;
-use defocus_study::{GpuSource, Source};
+use defocus_study::{GpuSource, Source, StudyError};
 use glam::Vec3;
 use std::collections::{BTreeSet, VecDeque};
+use std::ops::ControlFlow;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
@@ -38,8 +42,18 @@ pub(super) struct Job {
     pub method: Box<dyn Method>,
     /// Whether it is drawn with the shaders that the program was built with.
     pub as_built: bool,
-    /// Runs to time the passes of, the first of which does not count; 0 for the picture.
-    pub timed_runs: u32,
+    pub work: Work,
+}
+
+/// What is to be done with a job's method.
+#[derive(Clone, Copy)]
+pub(super) enum Work {
+    /// Its picture.
+    Picture,
+    /// So many runs to time the passes of, the first of which does not count.
+    TimePasses(u32),
+    /// Its point spread function with the lens's aperture, whatever the scene.
+    Kernel(KernelChoice),
 }
 
 enum Order {
@@ -55,6 +69,8 @@ pub(super) enum Told {
     Picture(Drawn),
     /// Median times of the passes over several runs.
     Times(Vec<PassTime>),
+    /// A point spread function.
+    Kernel(Box<Psf>),
     /// Why there is none.
     Failed(String),
 }
@@ -194,12 +210,13 @@ impl Worker {
     }
 
     fn begin(&mut self, job: &Job, tell: &dyn Fn(u64, Told)) {
-        if job.timed_runs > 0 {
-            let told = self.time(job).map_or_else(Told::Failed, Told::Times);
-            return tell(job.ticket, told);
-        }
-        match self.draw(job) {
-            Ok(Some(drawn)) => tell(job.ticket, Told::Picture(drawn)),
+        let told = match job.work {
+            Work::Picture => self.draw(job).map(|drawn| drawn.map(Told::Picture)),
+            Work::TimePasses(runs) => self.time(job, runs).map(|times| Some(Told::Times(times))),
+            Work::Kernel(choice) => self.measure(job, choice).map(|psf| psf.map(|psf| Told::Kernel(Box::new(psf)))),
+        };
+        match told {
+            Ok(Some(told)) => tell(job.ticket, told),
             Ok(None) => {}
             Err(error) => tell(job.ticket, Told::Failed(error)),
         }
@@ -214,8 +231,25 @@ impl Worker {
         }
     }
 
+    /// Measures a point spread function; `None` if it is not wanted any more.
+    fn measure(&mut self, job: &Job, choice: KernelChoice) -> Result<Option<Psf>, String> {
+        let wanted = self.wanted.clone();
+        let gpu = self.bench(job.as_built)?.gpu.clone();
+        let lens = Lens { aperture: job.subject.exposure.lens.aperture.clone(), ..Lens::PINHOLE };
+        let mut progress = |_: defocus_study::Step<'_>| match wanted.lock() {
+            Ok(wanted) if !wanted.contains(&job.ticket) => ControlFlow::Break(()),
+            _ => ControlFlow::Continue(()),
+        };
+        let of = (&[choice.coc_px][..], choice.side());
+        match psf::measure(&gpu, &lens, std::slice::from_ref(&job.method), of, &mut progress) {
+            Ok(found) => Ok(found.into_iter().next()),
+            Err(StudyError::Stopped) => Ok(None),
+            Err(error) => Err(error.to_string()),
+        }
+    }
+
     /// Times the passes of a picture.
-    fn time(&mut self, job: &Job) -> Result<Vec<PassTime>, String> {
+    fn time(&mut self, job: &Job, timed_runs: u32) -> Result<Vec<PassTime>, String> {
         let lens = &job.subject.exposure.lens;
         let (gpu, view) = self.bench(job.as_built)?.view(&job.subject)?;
         let mut frame = gpu.frame();
@@ -223,7 +257,7 @@ impl Worker {
         view.z_bounds(&mut frame);
         frame.finish().timings.wait();
         let mut runs = Vec::new();
-        for run in 0..=job.timed_runs {
+        for run in 0..=timed_runs {
             let mut frame = gpu.timed_frame();
             methods::record(job.method.as_ref(), &mut frame, view, lens).map_err(|e| e.to_string())?;
             let passes = frame.finish().timings.wait();

@@ -6,6 +6,7 @@ use super::figures::{Judge, Verdict};
 use super::flight::InFlight;
 use super::history::History;
 use super::identity::{Identity, Pairing};
+use super::kernel::Kernel;
 use super::lane::Lane;
 use super::pane::Pane;
 use super::request::{Development, Request};
@@ -50,6 +51,7 @@ pub struct Engine {
     pub(super) blur_px: f64,
     pub(super) lane: Option<Lane>,
     pub(super) pass_times: Option<PassTimes>,
+    pub(super) kernel: Option<Kernel>,
     pub(super) tickets: u64,
     /// Shaders that were replaced, by name.
     pub(super) shaders: BTreeMap<String, String>,
@@ -88,6 +90,7 @@ impl Engine {
             blur_px: 0.0,
             lane: None,
             pass_times: None,
+            kernel: None,
             tickets: 0,
             shaders: BTreeMap::new(),
             ms_per_view: STEP_BUDGET_MS,
@@ -272,7 +275,8 @@ impl Engine {
 
     fn is_drawing_beside(&self) -> bool {
         let is_timing = self.pass_times.as_ref().is_some_and(|timed| timed.times.is_none());
-        is_timing || self.panes.values().any(Pane::is_drawn_beside)
+        let is_measuring = self.kernel.as_ref().is_some_and(|kernel| kernel.psf.is_none());
+        is_timing || is_measuring || self.panes.values().any(Pane::is_drawn_beside)
     }
 
     pub(super) fn is_converging(&self) -> bool {

@@ -5,6 +5,7 @@
 
 use super::batch::{BatchRow, MOST_BATCH_ROWS};
 use super::focus::FocusSettings;
+use super::kernel::KernelChoice;
 use super::method::MethodChoice;
 use super::pane::{DEFAULT_OPACITY, PaneState};
 use super::pane_id::PaneId;
@@ -89,6 +90,8 @@ pub struct Document {
     pub overscan_px: u32,
     /// States to be run one after the other.
     pub batch: Vec<BatchRow>,
+    /// The point whose spread is measured.
+    pub kernel: KernelChoice,
 }
 
 impl Default for Document {
@@ -123,6 +126,7 @@ impl Default for Document {
             coc_scale_px: 32.0,
             overscan_px: 32,
             batch: Vec::new(),
+            kernel: KernelChoice::default(),
         }
     }
 }
@@ -151,6 +155,7 @@ impl Document {
         self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
         self.zoom = self.zoom.repaired();
         self.size = self.size.repaired();
+        self.kernel = self.kernel.repaired();
         self.focus = self.focus.repaired();
         self.stereo = self.stereo.map(Stereo::repaired);
         self.screen = self.screen.repaired();

@@ -4,6 +4,7 @@
 mod batch;
 mod document;
 mod focus;
+mod kernel;
 mod lessons;
 mod limits;
 mod method;
@@ -24,6 +25,7 @@ mod units;
 pub use batch::{BatchRow, MOST_BATCH_ROWS};
 pub use document::{Arrangement, Document, MAX_PANES, Zoom};
 pub use focus::{FocusMode, FocusSettings};
+pub use kernel::KernelChoice;
 pub use lessons::{LESSONS, Lesson, Optics};
 pub use limits::{aperture_limit, astigmatism_limit};
 pub use method::{MethodChoice, REFERENCE_SAMPLES};

@@ -4,7 +4,7 @@ use super::document::Document;
 use super::method::MethodChoice;
 use super::pane::PaneState;
 use super::show::Show;
-use defocus::eye::Eye;
+use defocus::eye::{Pupil, amplitude_d};
 use defocus::image_io::write_atomically;
 use defocus::methods;
 use defocus::scene::rgbd::DepthKind;
@@ -115,16 +115,26 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     words.push(if compares { "compare" } else { "render" }.into());
     words.push(document.scene.clone());
     depth_words(&document.depth, &mut words);
-    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     let lens = &document.lens;
-    option("-E", lens.aperture_diameter_mm.to_string());
+    let pupil = pupil(document);
+    if let Some(Pupil { both_eyes: false, .. }) = pupil {
+        words.push("--one-eye".into());
+    }
+    let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
+    match pupil {
+        None => option("-E", lens.aperture_diameter_mm.to_string()),
+        Some(pupil) => {
+            option("--pupil-luminance", pupil.luminance_cd_m2.to_string());
+            option("--pupil-field", pupil.field_deg.to_string());
+        }
+    }
     option("-F", lens.focal_length_mm.to_string());
     option("--dr", lens.image_distance_mm.to_string());
     option("--ds", lens.screen_distance_mm.to_string());
     option("--dpi", lens.density_px_per_mm.to_string());
     option("--focus", lens.focus_distance_m.to_string());
     option("--aperture", lens.aperture.to_string());
-    eye_words(&lens.eye, &mut option);
+    eye_words(document, &mut option);
     // An image with depth, which has no camera, is seen with one eye; so is a comparison.
     let two = document.stereo.filter(|_| document.camera.is_some() && !compares);
     // The command line's size is that of the picture, which may hold both eyes'.
@@ -172,10 +182,8 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     if document.display.tone_map != Default::default() {
         option("--tonemap", document.display.tone_map.to_string());
     }
-    if compares {
-        viewing_words(document, &mut option);
-    }
-    if compares && document.screen.hdr {
+    viewing_words(document, &mut option);
+    if document.screen.hdr {
         words.push("--hdr".into());
     }
     if let Some([r, g, b]) = lens.eye.chromatic {
@@ -188,20 +196,32 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     shlex::Quoter::new().allow_nul(true).join(words.iter().map(String::as_str)).unwrap_or_default()
 }
 
+/// Light and age that E follows, where it does.
+fn pupil(document: &Document) -> Option<Pupil> {
+    document.pupil.filter(|pupil| pupil.diameter_mm() == document.lens.aperture_diameter_mm)
+}
+
 /// What the eye adds, where it adds anything.
-fn eye_words(eye: &Eye, option: &mut dyn FnMut(&str, String)) {
+fn eye_words(document: &Document, option: &mut dyn FnMut(&str, String)) {
+    let eye = &document.lens.eye;
     let refraction = eye.refraction;
     let numbers =
         [("--sphere", refraction.sphere_d), ("--cylinder", refraction.cylinder_d), ("--axis", refraction.axis_deg)];
     for (name, value) in numbers.into_iter().filter(|(_, value)| *value != 0.0) {
         option(name, value.to_string());
     }
-    if let Some(d) = eye.accommodation_d {
-        option("--accommodation", d.to_string());
+    let limits = |age: &f64| eye.accommodation_d == Some(amplitude_d(*age));
+    let age = pupil(document).map(|pupil| pupil.age_years).or(document.age_years.filter(limits));
+    if let Some(age) = age {
+        option("--age", age.to_string());
+    }
+    // An age limits the accommodation, unless that is said itself.
+    if eye.accommodation_d != age.map(amplitude_d) {
+        option("--accommodation", eye.accommodation_d.map_or_else(|| "any".into(), |d| d.to_string()));
     }
 }
 
-/// Under what angle and in what light a comparison judges, where that is not the default.
+/// Under what angle and in what light pictures are judged, where that is not the default.
 fn viewing_words(document: &Document, option: &mut dyn FnMut(&str, String)) {
     if let Some(ppd) = document.ppd {
         option("--ppd", ppd.to_string());

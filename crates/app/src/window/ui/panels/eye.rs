@@ -101,7 +101,7 @@ fn refraction_rows(ui: &mut Ui, eye: &mut Eye, age_years: &mut Option<f64>) {
     let mut refraction = eye.refraction;
     let help = "Sphere of the glasses that the eye needs and does not wear: negative for the short-sighted.";
     field("Sphere", help, " D", -10.0..=10.0, 0.0).show(ui, &mut refraction.sphere_d);
-    let help = "Cylinder of those glasses. Its elliptical blur is shown by the references; other methods blur as the mean meridian does.";
+    let help = "Cylinder of those glasses: an elliptical blur that turns with depth. Methods that cannot render it say so and blur as the mean meridian does.";
     field("Cylinder", help, " D", -6.0..=6.0, 0.0).show(ui, &mut refraction.cylinder_d);
     if refraction.cylinder_d != 0.0 {
         let help = "Axis of the cylinder, counterclockwise for whoever faces the eye (ISO 8429).";
