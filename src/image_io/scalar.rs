@@ -3,7 +3,7 @@
 use super::exr_planes::ExrPlanes;
 use super::orientation::{Orientation, upright};
 use super::pfm::{self, Pfm};
-use super::{ImageError, check_size, npy, read_start};
+use super::{ImageError, check_size_to_read, npy, read_start};
 use crate::image::Image;
 use glam::UVec2;
 use image::DynamicImage;
@@ -89,7 +89,7 @@ fn read_tiff(path: &Path) -> Result<Scalars, ImageError> {
     let mut decoder =
         Decoder::new(BufReader::new(file)).map_err(|e| undecodable(e.to_string()))?.with_limits(Limits::default());
     let (width, height) = decoder.dimensions().map_err(|e| undecodable(e.to_string()))?;
-    check_size(path, u64::from(width), u64::from(height))?;
+    check_size_to_read(path, u64::from(width), u64::from(height))?;
     let orientation = decoder.find_tag_unsigned::<u8>(tiff::tags::Tag::Orientation).ok().flatten();
     let orientation = orientation.and_then(Orientation::from_exif).unwrap_or(Orientation::NoTransforms);
     let decoded = decoder.read_image().map_err(|e| undecodable(e.to_string()))?;

@@ -372,3 +372,33 @@ fn constant_depth_has_no_mean_blur_at_any_distance() {
         assert!(near.with_mean_coc(8.0, [distance_m; 9]).is_some(), "{distance_m} m");
     }
 }
+
+/// A small file cannot ask for gigabytes: what its bytes cannot stand for is refused before anything is
+/// decoded.
+#[test]
+fn pixels_that_the_bytes_cannot_stand_for_are_refused() {
+    let folder = folder();
+    let (width, height) = (10_000_u32, 9_000_u32);
+    // Lines of zeros: a thousandth of what they stand for.
+    let path = folder.path().join("zeros.png");
+    let file = std::io::BufWriter::new(std::fs::File::create(&path).expect("is created"));
+    let encoder = image::codecs::png::PngEncoder::new(file);
+    let zeros = vec![0_u8; width as usize * height as usize];
+    image::ImageEncoder::write_image(encoder, &zeros, width, height, image::ExtendedColorType::L8).expect("is written");
+    let bytes = std::fs::metadata(&path).expect("is there").len();
+    assert!(bytes < 1_000_000, "{bytes} bytes");
+    let message = defocus::image_io::read_scalars(&path, None).expect_err("too large").to_string();
+    assert!(message.contains("10000 x 9000") && message.contains("can stand for"), "{message}");
+    let message = defocus::image_io::read_color(&path).expect_err("too large").to_string();
+    assert!(message.contains("can stand for"), "{message}");
+}
+
+#[test]
+fn the_layers_of_an_exr_are_listed_as_they_are_asked_for() {
+    let folder = folder();
+    let one: Values = &|_, _| 1.0;
+    let file = exr(&folder, "layers.exr", &[("R", one), ("G", one), ("B", one), ("mist.Z", one), ("a.Depth.Z", one)]);
+    let names = defocus::image_io::exr_layer_names(&file).expect("an EXR");
+    assert_eq!(names, ["a.Depth", "mist"]);
+    assert!(defocus::image_io::exr_layer_names(&folder.path().join("none.exr")).is_err());
+}

@@ -8,11 +8,14 @@ mod common;
 #[path = "../../../../tests/tiny_files/mod.rs"]
 mod tiny_files;
 
+mod animation;
 mod class;
 mod fields;
 mod figures;
 mod labels;
+mod opening;
 mod pace;
+mod panel;
 mod paper;
 mod saved;
 mod size;
