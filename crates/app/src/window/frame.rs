@@ -36,6 +36,8 @@ impl App {
             self.controls(ui);
         }
         CentralPanel::no_frame().show(ui, |ui| self.show_panes(ui));
+        // After the panels, which tell what the pictures of the last frame are.
+        self.animate(&ctx);
         self.update_pictures(ui);
         self.hand_out_truths();
         self.show_feet(ui);
@@ -75,7 +77,6 @@ impl App {
         self.take_in_loaded(ctx);
         self.load_what_is_named(ctx);
         self.prepare_lesson();
-        self.animate(ctx);
         self.reload_shaders(ctx);
         for trouble in self.engine.take_troubles() {
             self.messages.error(ctx, &trouble);

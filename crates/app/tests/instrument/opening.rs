@@ -46,7 +46,9 @@ fn layers_that_are_not_clear_are_asked_for() {
         window.step();
         std::thread::sleep(std::time::Duration::from_millis(20));
     }
-    window.get_by_label("Open").click();
+    window.run_steps(3);
+    window.get_by_label("Open").click_accesskit();
+    window.run_steps(2);
     settle(&mut window);
     let depth = &window.state().document().depth;
     assert_eq!((depth.layer.as_deref(), depth.depth_layer.as_deref()), (Some("specular"), Some("far.Depth")));
@@ -79,7 +81,8 @@ fn light_of_another_scale_is_metered_said_and_can_be_set() {
     assert!(says(&window, "set by hand"), "and that it was overridden");
     let line = command_line(window.state().document(), glam::uvec2(64, 48));
     assert!(line.contains("--exposure 0"), "the command line would meter it again: {line}");
-    window.get_by_label("Meter").click();
+    window.get_by_label("Meter").click_accesskit();
+    window.run_steps(2);
     settle(&mut window);
     assert_eq!(window.state().document().display.exposure_ev, metered_ev);
     assert!(window.state().document().automatic_exposure);

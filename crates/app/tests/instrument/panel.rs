@@ -26,18 +26,17 @@ const LAST: &str = "Timing";
 #[test]
 fn one_screen_of_720_points_has_what_is_always_used() {
     let mut window = window();
+    let mut too_high = Vec::new();
     let methods: Vec<_> = defocus::methods::all().iter().map(|method| method.about().id).collect();
     for id in methods.into_iter().filter(|id| !["raytrace", "accumulation"].contains(id)) {
         perform(&mut window, Action::SetMethod(PaneId(1), id.into()));
         let status = window.get_by_label("K").rect();
         let last = window.get_by_label(LAST).rect();
-        assert!(
-            last.bottom() <= status.top(),
-            "{id}: the panel ends at {}, and its room at {}",
-            last.bottom(),
-            status.top()
-        );
+        if last.bottom() > status.top() {
+            too_high.push(format!("{id}: the panel ends at {}, and its room at {}", last.bottom(), status.top()));
+        }
     }
+    assert!(too_high.is_empty(), "{too_high:#?}");
 }
 
 /// Where the inputs are, from the top of the window, by role and name.

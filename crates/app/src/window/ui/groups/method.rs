@@ -2,12 +2,13 @@
 
 use crate::window::action::Action;
 use crate::window::model::{Edit, MethodChoice, PaneState};
+use crate::window::ui::named::is_wide;
 use crate::window::ui::widgets::{self, group, number_of};
 use defocus::methods::{self, Method, Param};
 use eframe::egui::Ui;
 
-/// Parameters that are always in sight: with those of the lens they fill one screen of 720 points.
-/// The further ones are folded.
+/// Lines of parameters that are always in sight: with those of the lens they fill one screen of 720
+/// points. What has no room in them is folded.
 const IN_SIGHT: usize = 2;
 
 /// Shows the parameters; what is to be done.
@@ -20,9 +21,7 @@ pub fn method_group(ui: &mut Ui, pane: &PaneState) -> Option<Action> {
         let defaults = plain.iter_mut().flat_map(|plain| plain.params());
         let defaults: Vec<Option<f64>> = defaults.map(|param| number_of(&param)).collect();
         let mut params: Vec<(Param<'_>, Option<f64>)> = method.params().into_iter().zip(defaults).collect();
-        // A fold for a single row saves nothing.
-        let in_sight = if params.len() <= IN_SIGHT + 1 { params.len() } else { IN_SIGHT };
-        let further = params.split_off(in_sight);
+        let further = params.split_off(in_sight(ui, &params));
         let mut changes = rows(ui, params);
         if !further.is_empty() {
             let is_changed = further.iter().any(|(param, _)| choice.params.contains_key(param.key));
@@ -37,6 +36,21 @@ pub fn method_group(ui: &mut Ui, pane: &PaneState) -> Option<Action> {
         }
     }
     (choice != pane.method).then(|| Edit::Method(pane.id, choice).into())
+}
+
+/// How many of the parameters are in sight.
+fn in_sight(ui: &Ui, params: &[(Param<'_>, Option<f64>)]) -> usize {
+    let mut lines = 0;
+    let ends = params.iter().map(|(param, _)| {
+        lines += if is_wide(ui, param.label) { 2 } else { 1 };
+        lines
+    });
+    let ends: Vec<usize> = ends.collect();
+    // The fold has a line too, which a single one may take instead.
+    if ends.last().is_none_or(|all| *all <= IN_SIGHT + 1) {
+        return params.len();
+    }
+    ends.iter().take_while(|end| **end <= IN_SIGHT).count()
 }
 
 /// A row for each parameter with its default; the keys of those that were changed.
