@@ -75,6 +75,7 @@ fn the_bar_plays_stops_and_scrubs() {
         window.step();
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
+    window.run_steps(2);
     window.get_by_label("Pause").click_accesskit();
     settle(&mut window);
     let stopped = time_s(&window);
