@@ -56,13 +56,16 @@ fn duration_s(animation: &ExactAnimation, document: &Document, buffers: &Buffers
     Ok(f64::from(last))
 }
 
+/// Numbers of an accessor, element after element.
+type Elements = Arc<Vec<f32>>;
+
 /// The animations of a file with the keys that were read of them, so that the second moment costs
 /// no parsing.
 #[derive(Default)]
 pub(super) struct Keys {
     animations: Vec<Option<ExactAnimation>>,
     /// Numbers of accessors by their index and by how many an element has.
-    read: Mutex<HashMap<(usize, usize), Arc<Vec<f32>>>>,
+    read: Mutex<HashMap<(usize, usize), Elements>>,
 }
 
 impl Keys {
@@ -79,7 +82,7 @@ impl Keys {
         item: &str,
         document: &Document,
         buffers: &Buffers,
-    ) -> Result<Arc<Vec<f32>>, SceneProblem> {
+    ) -> Result<Elements, SceneProblem> {
         // Of a lock that a panic left behind the content is whole: it is only ever added to.
         let mut known = self.read.lock().unwrap_or_else(PoisonError::into_inner);
         if let Some(numbers) = known.get(&(accessor, N)) {
@@ -100,7 +103,7 @@ struct Source<'a> {
 }
 
 impl Source<'_> {
-    fn elements<const N: usize>(&self, accessor: usize, item: &str) -> Result<Arc<Vec<f32>>, SceneProblem> {
+    fn elements<const N: usize>(&self, accessor: usize, item: &str) -> Result<Elements, SceneProblem> {
         self.keys.elements::<N>(accessor, item, self.document, self.buffers)
     }
 }

@@ -17,15 +17,18 @@ const LONGEST_STEP_S: f64 = 0.25;
 /// A scene at a moment, or why there is none.
 type Posed = (Option<Moment>, Result<GpuSource, String>);
 
+/// A moment that is asked for, and the source to be posed.
+type Asked = (Option<Moment>, GpuSource);
+
 /// Poses one file until it is dropped.
 struct Poser {
-    ask: Sender<(Option<Moment>, GpuSource)>,
+    ask: Sender<Asked>,
     posed: Receiver<Posed>,
 }
 
 impl Poser {
     fn start(spec: String, depth: DepthArgs, ctx: &Context) -> Self {
-        let (ask, asked) = channel::<(Option<Moment>, GpuSource)>();
+        let (ask, asked) = channel::<Asked>();
         let (tell, posed) = channel();
         let ctx = ctx.clone();
         std::thread::spawn(move || {

@@ -17,7 +17,10 @@ const BY_NAME: &str = "by its name";
 /// Ends of a depth that has none of its own until they are set, metres.
 const USUAL_ENDS_M: (f64, f64) = (0.5, 20.0);
 
-/// Numbers of a kind that a format suggests.
+/// Lines of the kind with most numbers, that of the kind included.
+const MOST_LINES: f32 = 4.0;
+
+/// Numbers of a file that are looked at for a guess.
 const GUESSED_SAMPLES: usize = 1 << 20;
 
 /// What kind of image a file is by its name.
@@ -119,7 +122,11 @@ impl DepthForm {
     /// What the numbers mean.
     pub fn encoding_rows(&mut self, ui: &mut Ui) {
         let mut encoding = self.encoding();
+        // As high whatever the kind is: what stands below does not move when one is guessed.
+        let top = ui.cursor().top();
         kind_rows(ui, &mut encoding.kind);
+        let line = ui.spacing().interact_size.y + ui.spacing().item_spacing.y;
+        ui.add_space((MOST_LINES * line - (ui.cursor().top() - top)).max(0.0));
         let help = "The number, as it stands in the file, that means “not measured”, such as 0.";
         unmeasured_row(ui, "Unknown is", help, &mut encoding.unknown);
         let help = "The number, as it stands in the file, that means “infinitely far”.";
@@ -127,9 +134,8 @@ impl DepthForm {
         if encoding != self.encoding() {
             self.encoding = Some(encoding);
         }
-        if let Some((_, why)) = self.guess.as_ref().filter(|(_, why)| !why.is_empty()) {
-            ui.label(RichText::new(why).small().weak());
-        }
+        let why = self.guess.as_ref().map(|(_, why)| why.as_str()).filter(|why| !why.is_empty());
+        ui.label(RichText::new(why.unwrap_or(" ")).small().weak());
     }
 }
 

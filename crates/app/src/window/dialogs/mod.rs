@@ -263,9 +263,9 @@ impl Asking {
             ui.label(RichText::new(problem).small().color(ui.visuals().warn_fg_color));
         }
         let is_named = kind != ImageKind::Plain || !self.depth.file.trim().is_empty();
-        if is_named && Path::new(self.file.trim()).is_file() && self.depth.problem().is_none() {
-            self.preview.show(ui, self.file.trim(), &self.depth.args());
-        }
+        let is_known = is_named && Path::new(self.file.trim()).is_file() && self.depth.problem().is_none();
+        let args = self.depth.args();
+        self.preview.show(ui, is_known.then(|| (self.file.trim(), &args)));
     }
 
     /// What kind of image is to be opened.

@@ -50,18 +50,25 @@ impl Depths {
 
 type Key = (String, DepthArgs);
 
+/// The depths of an image, or why it has none.
+type Answer = Result<Depths, String>;
+
 /// The preview of what is asked for.
 #[derive(Default)]
 pub struct Preview {
     wanted: Option<(Key, Instant)>,
-    reading: Option<(Key, Receiver<Result<Depths, String>>)>,
-    read: Option<(Key, Result<Depths, String>)>,
+    reading: Option<(Key, Receiver<Answer>)>,
+    read: Option<(Key, Answer)>,
 }
 
 impl Preview {
-    /// Shows the depths of an image, read anew where something else is asked for.
-    pub fn show(&mut self, ui: &mut Ui, spec: &str, args: &DepthArgs) {
-        self.follow(ui.ctx(), (spec.to_owned(), args.clone()));
+    /// Shows the depths of an image, read anew where something else is asked for; before one is
+    /// named, the place where they will be.
+    pub fn show(&mut self, ui: &mut Ui, asked: Option<(&str, &DepthArgs)>) {
+        match asked {
+            Some((spec, args)) => self.follow(ui.ctx(), (spec.to_owned(), args.clone())),
+            None => self.wanted = None,
+        }
         let size = vec2(ui.available_width(), HEIGHT);
         let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "Depths of the image"));
@@ -81,7 +88,8 @@ impl Preview {
                 ui.add(eframe::egui::Label::new(line).truncate()).on_hover_text(error);
                 return;
             }
-            _ => "reading …".to_owned(),
+            _ if asked.is_some() => "reading …".to_owned(),
+            _ => "The depths are shown here once their file is named.".to_owned(),
         };
         ui.label(RichText::new(text).small());
     }
