@@ -17,6 +17,9 @@ use glam::UVec2;
 use preview::Preview;
 use std::path::{Path, PathBuf};
 
+/// Height of the dialog around what it asks about an image, points.
+const AROUND_IMAGE_ROWS: f32 = 190.0;
+
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Purpose {
@@ -222,7 +225,10 @@ impl Asking {
     fn ui(&mut self, ui: &mut Ui) -> Option<bool> {
         let entered = self.file_row(ui, Asked::File);
         let missing = self.missing();
-        self.image_rows(ui);
+        // Where the window is low, this scrolls and the buttons stay in sight.
+        let room = (ui.ctx().content_rect().height() - AROUND_IMAGE_ROWS).max(60.0);
+        let rows = egui::ScrollArea::vertical().max_height(room).auto_shrink([false, true]);
+        rows.show(ui, |ui| self.image_rows(ui));
         if let Some(size) = self.size {
             enlargement_row(ui, size, &mut self.enlargement);
         }
