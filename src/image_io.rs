@@ -17,10 +17,11 @@ mod scalar;
 pub mod srgb;
 
 pub use error::{ImageError, MAX_PIXELS};
+pub use exr_planes::layer_names as exr_layer_names;
 pub use scalar::{Scalars, read_scalars};
 
 use crate::image::{ColorImage, DepthImage, Image};
-use error::check_size;
+use error::{check_size, check_size_to_read};
 use exr_planes::ExrPlanes;
 use glam::{UVec2, Vec3};
 use image::{DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageReader};
@@ -113,7 +114,7 @@ pub(crate) fn decode_with_orientation(path: &Path) -> Result<(DynamicImage, Orie
     let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
     let open = || ImageReader::open(path).and_then(ImageReader::with_guessed_format).map_err(unreadable);
     let (width, height) = open()?.into_dimensions().map_err(|e| undecodable(e.to_string()))?;
-    check_size(path, u64::from(width), u64::from(height))?;
+    check_size_to_read(path, u64::from(width), u64::from(height))?;
     let decode = || {
         let mut decoder = open().map_err(|e| e.to_string())?.into_decoder().map_err(|e| e.to_string())?;
         // Exif data that cannot be read say nothing.

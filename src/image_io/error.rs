@@ -83,6 +83,18 @@ pub enum ImageError {
         /// Height, px.
         height: u64,
     },
+    /// More pixels than its bytes can stand for.
+    #[error("{}: its {width} x {height} pixels are more than its {bytes} bytes can stand for: it is damaged, or made to fill the memory; save it again smaller", file.display())]
+    Inflated {
+        /// The file.
+        file: PathBuf,
+        /// Width, px.
+        width: u64,
+        /// Height, px.
+        height: u64,
+        /// Length of the file.
+        bytes: u64,
+    },
     /// The target cannot be written.
     #[error("{}: cannot write it: {source}; check that its folder exists, may be written and has space", file.display())]
     Unwritable {
@@ -113,4 +125,22 @@ pub const MAX_PIXELS: u64 = 1 << 28;
 pub(super) fn check_size(path: &Path, width: u64, height: u64) -> Result<(), ImageError> {
     let accepted = width > 0 && height > 0 && width.checked_mul(height).is_some_and(|pixels| pixels <= MAX_PIXELS);
     if accepted { Ok(()) } else { Err(ImageError::Size { file: path.to_owned(), width, height }) }
+}
+
+/// Pixels that any file may have, 34 million: decoded, as linear colour and with depth they take a
+/// gigabyte at most.
+const FREE_PIXELS: u64 = 1 << 25;
+
+/// Pixels a byte of the file, beyond that. Measured depth and pictures take more than a byte for four
+/// pixels however they are compressed; zeros take one for a thousand.
+const PIXELS_PER_BYTE: u64 = 16;
+
+/// [`check_size`] of a file that is to be read: a small one cannot ask for any amount of memory.
+pub(super) fn check_size_to_read(path: &Path, width: u64, height: u64) -> Result<(), ImageError> {
+    check_size(path, width, height)?;
+    let unreadable = |source| ImageError::Unreadable { file: path.to_owned(), source };
+    let bytes = std::fs::metadata(path).map_err(unreadable)?.len();
+    let most = bytes.saturating_mul(PIXELS_PER_BYTE).max(FREE_PIXELS);
+    let accepted = width.checked_mul(height).is_some_and(|pixels| pixels <= most);
+    if accepted { Ok(()) } else { Err(ImageError::Inflated { file: path.to_owned(), width, height, bytes }) }
 }

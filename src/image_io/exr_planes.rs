@@ -1,6 +1,6 @@
 //! OpenEXR files as named float planes, multi-part files included.
 
-use super::error::{ImageError, check_size};
+use super::error::{ImageError, check_size, check_size_to_read};
 use super::exr_layers::{self, Layer};
 use super::primaries;
 use crate::image::{ColorImage, Image};
@@ -292,6 +292,31 @@ impl Part {
     }
 }
 
+/// Names of an EXR's layers, as a layer is asked for by: those of its parts and of the channels in
+/// them. Reads no pixels. A layer without a name is none that can be asked for.
+///
+/// # Errors
+///
+/// A file that cannot be read, is damaged, deep, or absurdly large.
+pub fn layer_names(path: &Path) -> Result<Vec<String>, ImageError> {
+    check_header(path)?;
+    let meta = exr::meta::MetaData::read_from_file(path, false)
+        .map_err(|e| ImageError::Undecodable { file: path.to_owned(), detail: e.to_string() })?;
+    let text = |text: &Option<exr::prelude::Text>| text.as_ref().map(ToString::to_string).unwrap_or_default();
+    let parts: Vec<(String, String, Vec<String>)> = (meta.headers.iter())
+        .map(|header| {
+            let own = &header.own_attributes;
+            let channels = header.channels.list.iter().map(|channel| channel.name.to_string()).collect();
+            (text(&own.layer_name), text(&own.view_name), channels)
+        })
+        .collect();
+    let parts = parts
+        .iter()
+        .map(|(name, view, channels)| (name.as_str(), view.as_str(), channels.iter().map(String::as_str).collect()));
+    let names = Layer::all(parts).into_iter().map(|layer| layer.name);
+    Ok(names.filter(|name| !name.is_empty()).collect())
+}
+
 /// Refuses deep files and absurd sizes before anything is allocated for them.
 fn check_header(path: &Path) -> Result<(), ImageError> {
     let mut start = Vec::new();
@@ -304,6 +329,12 @@ fn check_header(path: &Path) -> Result<(), ImageError> {
     }
     let meta = exr::meta::MetaData::read_from_file(path, false)
         .map_err(|e| ImageError::Undecodable { file: path.to_owned(), detail: e.to_string() })?;
+    // Samples of all parts, as planes of four channels below one another.
+    let samples = |header: &exr::meta::header::Header| {
+        let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
+        width.saturating_mul(height).saturating_mul(header.channels.list.len() as u64)
+    };
+    let samples = meta.headers.iter().map(samples).fold(0, u64::saturating_add);
     let channel_count = meta.headers.iter().map(|header| header.channels.list.len() as u64).max().unwrap_or(1);
     for header in &meta.headers {
         let (width, height) = (header.layer_size.0 as u64, header.layer_size.1 as u64);
@@ -316,7 +347,14 @@ fn check_header(path: &Path) -> Result<(), ImageError> {
             height,
         })?;
     }
-    Ok(())
+    let first = meta.headers.first().map_or((1, 1), |header| (header.layer_size.0 as u64, header.layer_size.1 as u64));
+    check_size_to_read(path, samples.div_ceil(4).max(1), 1).map_err(|error| match error {
+        // The size that a person knows is that of the first part.
+        ImageError::Inflated { file, bytes, .. } => {
+            ImageError::Inflated { file, width: first.0, height: first.1, bytes }
+        }
+        _ => ImageError::Size { file: path.to_owned(), width: first.0, height: first.1 },
+    })
 }
 
 /// Encodes named float planes of one size as a single-part EXR, losslessly compressed.

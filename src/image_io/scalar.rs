@@ -1,6 +1,6 @@
 //! One number a pixel, from any file that holds one: depths and disparities.
 
-use super::error::{ImageError, check_size};
+use super::error::{ImageError, check_size_to_read};
 use super::exr_planes::ExrPlanes;
 use super::orientation::{Orientation, upright};
 use super::pfm::{self, Pfm};
@@ -90,7 +90,7 @@ fn read_tiff(path: &Path) -> Result<Scalars, ImageError> {
     let mut decoder =
         Decoder::new(BufReader::new(file)).map_err(|e| undecodable(e.to_string()))?.with_limits(Limits::default());
     let (width, height) = decoder.dimensions().map_err(|e| undecodable(e.to_string()))?;
-    check_size(path, u64::from(width), u64::from(height))?;
+    check_size_to_read(path, u64::from(width), u64::from(height))?;
     let orientation = decoder.find_tag_unsigned::<u8>(tiff::tags::Tag::Orientation).ok().flatten();
     let orientation = orientation.and_then(Orientation::from_exif).unwrap_or(Orientation::NoTransforms);
     let decoded = decoder.read_image().map_err(|e| undecodable(e.to_string()))?;

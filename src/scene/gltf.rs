@@ -84,6 +84,9 @@ pub struct Animated {
     buffers: container::Buffers,
     path: PathBuf,
     rest: Scene,
+    /// Which meshes of the scene at rest show what.
+    loaded: mesh::Loaded,
+    keys: animation::Keys,
 }
 
 impl Animated {
@@ -135,7 +138,7 @@ impl Animated {
         let mut notes = Notes::default();
         validate::note_what_is_left_out(&document, !file.exact.animations.is_empty(), &mut notes);
         let mut budget = Budget::of(buffers.total_bytes());
-        let mut placed = place(&document, &file.exact, &buffers, &mut budget, &mut notes)?;
+        let mut placed = place(&document, &file.exact, &buffers, None, &mut budget, &mut notes)?;
         let loaded = texture::load(&document, &placed.wanted, &buffers, &mut budget, path)?;
         let mut textures = texture::keep_readable(loaded, &mut placed.materials, &mut notes);
         for (index, factors) in std::mem::take(&mut placed.to_convert) {
@@ -144,19 +147,26 @@ impl Animated {
         let name = path.file_stem().map_or_else(|| "scene".to_owned(), |stem| stem.to_string_lossy().into_owned());
         let animations = animation::list(&document, &file.exact, &buffers);
         let materials = std::mem::take(&mut placed.materials);
+        let loaded = std::mem::take(&mut placed.loaded);
         let unlit = Scene { name, materials, textures, animations, ..Default::default() };
         let rest = finish(unlit, placed, &document, &file.exact, notes)?;
-        Ok(Self { document, exact: file.exact, buffers, path: path.to_owned(), rest })
+        let mut exact = file.exact;
+        let keys = animation::Keys::of(std::mem::take(&mut exact.animations));
+        Ok(Self { document, exact, buffers, path: path.to_owned(), rest, loaded, keys })
     }
 
     fn posed(&self, moment: &Moment) -> Result<Scene, SceneProblem> {
         let mut notes = Notes::default();
         validate::note_what_is_left_out(&self.document, false, &mut notes);
         let mut exact = self.exact.clone();
-        animation::pose(moment, &self.document, &mut exact, &self.buffers, &mut notes)?;
+        let known = &self.rest.animations;
+        animation::pose(moment, &self.document, &mut exact.nodes, (&self.keys, known), &self.buffers, &mut notes)?;
         let mut budget = Budget::of(self.buffers.total_bytes());
-        let placed = place(&self.document, &exact, &self.buffers, &mut budget, &mut notes)?;
-        let Scene { name, materials, textures, animations, .. } = self.rest.clone();
+        let known = Some(mesh::Known { loaded: &self.loaded, meshes: &self.rest.meshes });
+        let placed = place(&self.document, &exact, &self.buffers, known, &mut budget, &mut notes)?;
+        let rest = &self.rest;
+        let (name, animations) = (rest.name.clone(), rest.animations.clone());
+        let (materials, textures) = (rest.materials.clone(), rest.textures.clone());
         let unlit = Scene { name, materials, textures, animations, ..Default::default() };
         let mut scene = finish(unlit, placed, &self.document, &exact, notes)?;
         // What is said of textures and materials is as true as at rest.
@@ -176,6 +186,7 @@ struct PlacedScene {
     materials: Vec<Material>,
     wanted: Vec<material::TextureKey>,
     to_convert: Vec<(usize, exact::SpecularGlossiness)>,
+    loaded: mesh::Loaded,
 }
 
 /// Loads meshes where the nodes put them. Materials are numbered in the order of their first use,
@@ -184,16 +195,17 @@ fn place(
     document: &::gltf::Document,
     exact: &exact::Exact,
     buffers: &container::Buffers,
+    known: Option<mesh::Known<'_>>,
     budget: &mut Budget,
     notes: &mut Notes,
 ) -> Result<PlacedScene, SceneProblem> {
     let placed = nodes::walk(document, exact, notes)?;
     let mut materials = material::Materials::new(document, exact);
-    let mut source = mesh::Source { document, exact, buffers, materials: &mut materials, budget, notes };
-    let (meshes, instances) = source.load_placed(&placed)?;
+    let mut source = mesh::Source { document, exact, buffers, materials: &mut materials, budget, notes, known };
+    let (meshes, instances, loaded) = source.load_placed(&placed)?;
     let Finished { materials, textures: wanted, to_convert } = materials.finish(notes);
     let nodes::Placed { cameras, lights, .. } = placed;
-    Ok(PlacedScene { meshes, instances, cameras, lights, materials, wanted, to_convert })
+    Ok(PlacedScene { meshes, instances, cameras, lights, materials, wanted, to_convert, loaded })
 }
 
 /// Adds what is placed, a camera where there is none, and light.

@@ -280,7 +280,6 @@ impl SceneSource {
             below_part: shot.below_part.to_array(),
             below_texels: shot.below_texels,
             lens_point: shot.sheets.map_or(0, |LensPoint(number)| number),
-            ..Default::default()
         }
     }
 

@@ -4,7 +4,7 @@ use super::pipelines::{MaterialUniform, Pipelines, VERTEX_STRIDE, Variant};
 use crate::gpu::{Gpu, Texture, upload_scalar};
 use crate::image::Image;
 use crate::image_io::srgb::{linear_from_srgb8_table, srgb8_from_linear};
-use crate::scene::{Environment, Light, Material, Scene, TextureImage, TextureUse, Wrap};
+use crate::scene::{Environment, Light, Material, Mesh, Scene, TextureImage, TextureUse, Wrap};
 use glam::{DVec3, Vec3, Vec4};
 use rayon::prelude::*;
 use std::sync::Arc;
@@ -29,7 +29,7 @@ impl Default for SurfaceOptions {
 /// A scene's meshes, textures and materials on the GPU; shared by views.
 pub struct GpuScene {
     pub(super) gpu: Gpu,
-    pub(super) pipelines: Pipelines,
+    pub(super) pipelines: Arc<Pipelines>,
     pub(super) options: SurfaceOptions,
     pub(super) vertices: wgpu::Buffer,
     pub(super) indices: wgpu::Buffer,
@@ -71,14 +71,13 @@ pub(super) struct GpuInstance {
 impl GpuScene {
     /// Uploads a scene.
     pub fn new(gpu: &Gpu, scene: &Scene, options: SurfaceOptions) -> Arc<Self> {
-        let pipelines = Pipelines::new(gpu);
-        let (vertices, indices, ranges) = geometry(scene);
-        let init = |label, contents: &[u8], usage| gpu.lasting_buffer(label, contents, usage);
+        let pipelines = Arc::new(Pipelines::new(gpu));
+        let (vertices, indices) = buffers(gpu, scene);
         Arc::new(Self {
-            vertices: init("vertices", &vertices, wgpu::BufferUsages::VERTEX),
-            indices: init("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX),
+            vertices,
+            indices,
             materials: materials(gpu, &pipelines, scene, options),
-            draws: draws(scene, &ranges, options),
+            draws: draws(scene, &ranges(scene), options),
             instances: instances(scene),
             environment: scene.environment,
             lights: scene.lights.clone(),
@@ -86,6 +85,30 @@ impl GpuScene {
             gpu: gpu.clone(),
             pipelines,
             options,
+        })
+    }
+
+    /// The same scene at another moment of an animation: `before` is what was uploaded, and
+    /// `scene` has its textures and materials. Nothing of these is uploaded again, nor are meshes
+    /// where none is bent.
+    pub fn posed(&self, before: &Scene, scene: &Scene) -> Arc<Self> {
+        let is_alike = |(a, b): (&Mesh, &Mesh)| a.indices == b.indices && a.vertices == b.vertices;
+        let is_rigid =
+            before.meshes.len() == scene.meshes.len() && before.meshes.iter().zip(&scene.meshes).all(is_alike);
+        let (vertices, indices) =
+            if is_rigid { (self.vertices.clone(), self.indices.clone()) } else { buffers(&self.gpu, scene) };
+        Arc::new(Self {
+            gpu: self.gpu.clone(),
+            pipelines: self.pipelines.clone(),
+            options: self.options,
+            vertices,
+            indices,
+            materials: self.materials.clone(),
+            draws: draws(scene, &ranges(scene), self.options),
+            instances: instances(scene),
+            environment: scene.environment,
+            lights: scene.lights.clone(),
+            unlimited: self.unlimited.clone(),
         })
     }
 
@@ -102,14 +125,31 @@ impl GpuScene {
 
 type MeshRange = (std::ops::Range<u32>, i32);
 
-fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>, Vec<MeshRange>) {
+/// Where each mesh lies in the buffers of all.
+fn ranges(scene: &Scene) -> Vec<MeshRange> {
+    let (mut base_vertex, mut first) = (0, 0);
+    let range = |mesh: &Mesh| {
+        let range = (first..first + mesh.indices.len() as u32, base_vertex);
+        (base_vertex, first) = (base_vertex + mesh.vertices.len() as i32, range.0.end);
+        range
+    };
+    scene.meshes.iter().map(range).collect()
+}
+
+/// Vertices and indices of all meshes.
+fn buffers(gpu: &Gpu, scene: &Scene) -> (wgpu::Buffer, wgpu::Buffer) {
+    let (vertices, indices) = geometry(scene);
+    let init = |label, contents: &[u8], usage| gpu.lasting_buffer(label, contents, usage);
+    let vertices = init("vertices", &vertices, wgpu::BufferUsages::VERTEX);
+    (vertices, init("indices", bytemuck::cast_slice(&indices), wgpu::BufferUsages::INDEX))
+}
+
+fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>) {
     let vertex_count: usize = scene.meshes.iter().map(|m| m.vertices.len()).sum();
     let mut vertices = Vec::with_capacity(vertex_count * VERTEX_STRIDE as usize);
     let mut indices = Vec::new();
-    let mut ranges = Vec::new();
     let snorm = |v: Vec4| v.to_array().map(|c| (c.clamp(-1.0, 1.0) * 32767.0).round() as i16);
     for mesh in &scene.meshes {
-        let base_vertex = (vertices.len() / VERTEX_STRIDE as usize) as i32;
         for v in &mesh.vertices {
             vertices.extend_from_slice(bytemuck::bytes_of(&v.position));
             vertices.extend_from_slice(bytemuck::bytes_of(&snorm(v.normal.extend(0.0))));
@@ -117,9 +157,7 @@ fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>, Vec<MeshRange>) {
             vertices.extend_from_slice(bytemuck::cast_slice(&[v.uv, v.uv1]));
             vertices.extend_from_slice(bytemuck::bytes_of(&v.color));
         }
-        let first = indices.len() as u32;
         indices.extend_from_slice(&mesh.indices);
-        ranges.push((first..indices.len() as u32, base_vertex));
     }
     // A scene of nothing but a sky has buffers too, which must not be empty.
     if vertices.is_empty() {
@@ -128,7 +166,7 @@ fn geometry(scene: &Scene) -> (Vec<u8>, Vec<u32>, Vec<MeshRange>) {
     if indices.is_empty() {
         indices.push(0);
     }
-    (vertices, indices, ranges)
+    (vertices, indices)
 }
 
 fn instances(scene: &Scene) -> Vec<GpuInstance> {

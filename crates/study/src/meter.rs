@@ -5,8 +5,16 @@
 //! exposed anew, by the log average of its surfaces, so that whatever can be looked at
 //! stays as it is.
 
+use crate::StudyError;
+use crate::builtin;
+use crate::render::render;
+use crate::source::Source;
 use defocus::display::LUMINANCE;
+use defocus::gpu::Gpu;
 use defocus::image::{ColorImage, DepthImage};
+use defocus::lens::Lens;
+use defocus::methods::Pinhole;
+use defocus::view::View;
 
 /// Luminance that the log average of the surfaces is brought to: middle grey, the 18 % of
 /// photographic metering.
@@ -42,6 +50,24 @@ pub fn exposure_ev(color: &ColorImage, depth: &DepthImage) -> Option<f32> {
     let ev = (MIDDLE_GREY.ln() - mean_log) / std::f64::consts::LN_2;
     // Beyond 64 EV every finite colour is black or white; a tenth is no visible step.
     Some(((ev.clamp(-64.0, 64.0) * 10.0).round() / 10.0) as f32)
+}
+
+/// Whether a source is one whose exposure is chosen by what is seen: a scene of a file, lit. What
+/// shows its base colours alone has no light to be too strong or too weak, and the built-in scenes are
+/// made to be looked at as they are.
+pub fn is_metered(spec: &str, source: &Source) -> bool {
+    let is_lit = matches!(source, Source::Scene(scene) if scene.materials.iter().any(|material| !material.unlit));
+    is_lit && builtin::builtin(spec).is_none()
+}
+
+/// [`exposure_ev`] of a view's pinhole image.
+///
+/// # Errors
+///
+/// A view that cannot be drawn.
+pub fn view_exposure_ev(gpu: &Gpu, view: &mut View, lens: &Lens) -> Result<Option<f32>, StudyError> {
+    let seen = render(gpu, view, lens, &Pinhole)?.color;
+    Ok(exposure_ev(&seen, &view.depth_m(gpu)))
 }
 
 #[cfg(test)]

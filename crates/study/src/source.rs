@@ -131,6 +131,53 @@ pub enum SourceError {
     },
 }
 
+/// A file with animations that is kept, to be shown at one moment after the other.
+pub struct Posable {
+    file: gltf::Animated,
+    scene_scale: Option<f64>,
+}
+
+impl Posable {
+    /// Opens a `.glb` or `.gltf` file in the unit of length that `depth` names.
+    ///
+    /// # Errors
+    ///
+    /// [`SourceError::NotAnimated`] for what is no such file, a depth file beside it, a unit that no
+    /// file has; those of the loader.
+    pub fn open(spec: &str, depth: &DepthArgs) -> Result<Self, SourceError> {
+        if depth.file.is_some() {
+            return Err(SourceError::DepthOfScene { spec: spec.into() });
+        }
+        if let Some(factor) = depth.scene_scale.filter(|factor| !SCENE_SCALE.contains(factor)) {
+            return Err(SourceError::SceneScale { factor });
+        }
+        let path = Path::new(spec);
+        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
+        if !matches!(extension.as_str(), "glb" | "gltf") {
+            return Err(SourceError::NotAnimated { spec: spec.into() });
+        }
+        Ok(Self { file: gltf::Animated::open(path)?, scene_scale: depth.scene_scale.filter(|factor| *factor != 1.0) })
+    }
+
+    /// The scene at rest.
+    pub fn at_rest(&self) -> Scene {
+        self.in_metres(self.file.at_rest().clone())
+    }
+
+    fn in_metres(&self, scene: Scene) -> Scene {
+        self.scene_scale.map(|factor| scaled(&scene, factor)).unwrap_or(scene)
+    }
+
+    /// The scene at a moment.
+    ///
+    /// # Errors
+    ///
+    /// An animation that the file does not have, or one that is damaged.
+    pub fn at(&self, moment: &Moment) -> Result<Scene, SourceError> {
+        Ok(self.in_metres(self.file.at(moment)?))
+    }
+}
+
 /// A scene or an image with depth; cheap to clone.
 #[derive(Clone, Debug)]
 pub enum Source {
@@ -205,18 +252,13 @@ impl Source {
         }
     }
 
-    /// Opens a `.glb` or `.gltf` file as it is at a moment of an animation.
+    /// Opens a `.glb` or `.gltf` file as it is at a moment of an animation, as [`Posable::open`] does.
     ///
     /// # Errors
     ///
-    /// [`SourceError::NotAnimated`] for what is no such file; those of the loader.
-    pub fn open_at(spec: &str, moment: &Moment) -> Result<Self, SourceError> {
-        let path = Path::new(spec);
-        let extension = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
-        if !matches!(extension.as_str(), "glb" | "gltf") {
-            return Err(SourceError::NotAnimated { spec: spec.into() });
-        }
-        Ok(Self::Scene(Arc::new(gltf::load_at(path, moment)?)))
+    /// Those of [`Posable`].
+    pub fn open_at(spec: &str, depth: &DepthArgs, moment: &Moment) -> Result<Self, SourceError> {
+        Ok(Self::Scene(Arc::new(Posable::open(spec, depth)?.at(moment)?)))
     }
 
     /// The same source with its light chosen; an image has its light in it.
@@ -362,6 +404,17 @@ impl GpuSource {
     /// The GPU it is on.
     pub fn gpu(&self) -> &Gpu {
         &self.gpu
+    }
+
+    /// The same source with its scene at another moment of an animation, as [`Posable::at`] gives it:
+    /// what does not change then is not uploaded again.
+    pub fn posed(&self, scene: Arc<Scene>) -> Self {
+        let uploaded = match (&self.source, &self.scene) {
+            (Source::Scene(before), Some(uploaded)) => uploaded.posed(before, &scene),
+            _ => GpuScene::new(&self.gpu, &scene, self.options),
+        };
+        let (gpu, options) = (self.gpu.clone(), self.options);
+        Self { gpu, source: Source::Scene(scene), options, scene: Some(uploaded) }
     }
 
     /// A view from a camera, [`Source::fitted_size`] large. `fov_y` (full and vertical,

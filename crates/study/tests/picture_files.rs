@@ -372,3 +372,34 @@ fn constant_depth_has_no_mean_blur_at_any_distance() {
         assert!(near.with_mean_coc(8.0, [distance_m; 9]).is_some(), "{distance_m} m");
     }
 }
+
+/// A small file cannot ask for gigabytes: what its bytes cannot stand for is refused before anything is
+/// decoded.
+#[test]
+fn pixels_that_the_bytes_cannot_stand_for_are_refused() {
+    let folder = folder();
+    let (width, height) = (10_000_u32, 9_000_u32);
+    // Lines of zeros: a thousandth of what they stand for.
+    let path = folder.path().join("zeros.png");
+    let file = std::io::BufWriter::new(std::fs::File::create(&path).expect("is created"));
+    let (best, plain) = (image::codecs::png::CompressionType::Best, image::codecs::png::FilterType::NoFilter);
+    let encoder = image::codecs::png::PngEncoder::new_with_quality(file, best, plain);
+    let zeros = vec![0_u8; width as usize * height as usize];
+    image::ImageEncoder::write_image(encoder, &zeros, width, height, image::ExtendedColorType::L8).expect("is written");
+    let bytes = std::fs::metadata(&path).expect("is there").len();
+    assert!(bytes < 5_000_000, "{bytes} bytes");
+    let message = image_io::read_scalars(&path, None).expect_err("too large").to_string();
+    assert!(message.contains("10000 x 9000") && message.contains("can stand for"), "{message}");
+    let message = image_io::read_color(&path).expect_err("too large").to_string();
+    assert!(message.contains("can stand for"), "{message}");
+}
+
+#[test]
+fn the_layers_of_an_exr_are_listed_as_they_are_asked_for() {
+    let folder = folder();
+    let one: Values = &|_, _| 1.0;
+    let file = exr(&folder, "layers.exr", &[("R", one), ("G", one), ("B", one), ("mist.Z", one), ("a.Depth.Z", one)]);
+    let names = image_io::exr_layer_names(&file).expect("an EXR");
+    assert_eq!(names, ["a.Depth", "mist"]);
+    assert!(image_io::exr_layer_names(&folder.path().join("none.exr")).is_err());
+}

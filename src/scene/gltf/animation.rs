@@ -8,6 +8,8 @@ use super::exact::{Exact, ExactAnimation, ExactNode, Sampler};
 use super::notes::Notes;
 use ::gltf::Document;
 use glam::DQuat;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An animation of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -54,6 +56,58 @@ fn duration_s(animation: &ExactAnimation, document: &Document, buffers: &Buffers
     Ok(f64::from(last))
 }
 
+/// Numbers of an accessor, element after element.
+type Elements = Arc<Vec<f32>>;
+
+/// The animations of a file with the keys that were read of them, so that the second moment costs
+/// no parsing.
+#[derive(Default)]
+pub(super) struct Keys {
+    animations: Vec<Option<ExactAnimation>>,
+    /// Numbers of accessors by their index and by how many an element has.
+    read: Mutex<HashMap<(usize, usize), Elements>>,
+}
+
+impl Keys {
+    /// Those of animations as they stand in the file; one that does not follow the schema is told
+    /// where it is asked for.
+    pub(super) fn of(animations: Vec<serde_json::Value>) -> Self {
+        Self { animations: animations.iter().map(parsed).collect(), read: Mutex::default() }
+    }
+
+    /// An accessor's elements of `N` numbers.
+    fn elements<const N: usize>(
+        &self,
+        accessor: usize,
+        item: &str,
+        document: &Document,
+        buffers: &Buffers,
+    ) -> Result<Elements, SceneProblem> {
+        // Of a lock that a panic left behind the content is whole: it is only ever added to.
+        let mut known = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(numbers) = known.get(&(accessor, N)) {
+            return Ok(numbers.clone());
+        }
+        let numbers = Arc::new(read::<N>(accessor, item, document, buffers)?.into_flattened());
+        known.insert((accessor, N), numbers.clone());
+        Ok(numbers)
+    }
+}
+
+/// Where an animation's keys are read.
+#[derive(Clone, Copy)]
+struct Source<'a> {
+    keys: &'a Keys,
+    document: &'a Document,
+    buffers: &'a Buffers,
+}
+
+impl Source<'_> {
+    fn elements<const N: usize>(&self, accessor: usize, item: &str) -> Result<Elements, SceneProblem> {
+        self.keys.elements::<N>(accessor, item, self.document, self.buffers)
+    }
+}
+
 /// Changes nodes to where they are at a moment.
 ///
 /// # Errors
@@ -62,16 +116,18 @@ fn duration_s(animation: &ExactAnimation, document: &Document, buffers: &Buffers
 pub(super) fn pose(
     moment: &Moment,
     document: &Document,
-    exact: &mut Exact,
+    nodes: &mut [ExactNode],
+    (keys, known): (&Keys, &[Animation]),
     buffers: &Buffers,
     notes: &mut Notes,
 ) -> Result<(), SceneProblem> {
     if !moment.time_s.is_finite() {
         return Err(SceneProblem::NotFinite { item: "the time".to_owned(), detail: format!("{} s", moment.time_s) });
     }
-    let known = list(document, exact, buffers);
-    let index = chosen(moment, exact, &known)?;
-    let animation = parsed(&exact.animations[index])
+    let index = chosen(moment, &keys.animations, known)?;
+    let source = Source { keys, document, buffers };
+    let animation = keys.animations[index]
+        .as_ref()
         .ok_or_else(|| SceneProblem::invalid(format!("animations[{index}]"), "does not follow the glTF schema"))?;
     for (c, channel) in animation.channels.iter().enumerate() {
         let item = format!("animations[{index}].channels[{c}]");
@@ -81,23 +137,23 @@ pub(super) fn pose(
         };
         let sampler = animation.samplers.get(channel.sampler);
         let sampler = sampler.ok_or_else(|| SceneProblem::invalid(&item, "refers to a sampler that is not there"))?;
-        let morph_targets = exact.nodes.get(node).map_or(0, |node| targets(node, document));
-        let node = exact.nodes.get_mut(node);
+        let morph_targets = nodes.get(node).map_or(0, |node| targets(node, document));
+        let node = nodes.get_mut(node);
         let node = node.ok_or_else(|| SceneProblem::invalid(&item, "refers to a node that is not in the file"))?;
         let time_s = moment.time_s;
         let vector = |exact: Option<[f64; 3]>| -> Result<Option<[f64; 3]>, SceneProblem> {
-            let value = sample::<3>(sampler, time_s, Blend::Linear, &item, document, buffers)?;
+            let value = sample::<3>(sampler, time_s, Blend::Linear, &item, source)?;
             Ok(value.or(exact))
         };
         match channel.target.path.as_str() {
             "translation" => node.translation = vector(node.translation)?,
             "scale" => node.scale = vector(node.scale)?,
             "rotation" => {
-                let value = sample::<4>(sampler, time_s, Blend::Spherical, &item, document, buffers)?;
+                let value = sample::<4>(sampler, time_s, Blend::Spherical, &item, source)?;
                 node.rotation = value.or(node.rotation);
             }
             "weights" => {
-                if let Some(weights) = sample_weights(sampler, time_s, morph_targets, &item, document, buffers)? {
+                if let Some(weights) = sample_weights(sampler, time_s, morph_targets, &item, source)? {
                     node.weights = Some(weights);
                 }
                 continue;
@@ -110,8 +166,8 @@ pub(super) fn pose(
         // A matrix would hide what is animated; glTF forbids both.
         node.matrix = None;
     }
-    let name = animation.name.unwrap_or_else(|| index.to_string());
-    let duration_s = duration_s_of(&known, &name);
+    let name = animation.name.clone().unwrap_or_else(|| index.to_string());
+    let duration_s = duration_s_of(known, &name);
     notes
         .add(format!("the scene is shown at {} s of its animation", moment.time_s), format!("{name} ({duration_s} s)"));
     Ok(())
@@ -122,16 +178,17 @@ fn duration_s_of(known: &[Animation], name: &str) -> f64 {
 }
 
 /// Index of the animation that a moment names.
-fn chosen(moment: &Moment, exact: &Exact, known: &[Animation]) -> Result<usize, SceneProblem> {
+fn chosen(moment: &Moment, animations: &[Option<ExactAnimation>], known: &[Animation]) -> Result<usize, SceneProblem> {
     let shown = || known.iter().map(|animation| animation.name.as_str()).collect::<Vec<_>>().join(", ");
-    let is_named = |name: &str, value: &serde_json::Value| value.get("name").and_then(|v| v.as_str()) == Some(name);
+    let is_named = |name: &str, animation: &Option<ExactAnimation>| {
+        animation.as_ref().and_then(|animation| animation.name.as_deref()) == Some(name)
+    };
     let found = match &moment.animation {
-        None => (!exact.animations.is_empty()).then_some(0),
-        Some(name) => exact
-            .animations
+        None => (!animations.is_empty()).then_some(0),
+        Some(name) => animations
             .iter()
-            .position(|value| is_named(name, value))
-            .or_else(|| name.parse::<usize>().ok().filter(|&index| index < exact.animations.len())),
+            .position(|animation| is_named(name, animation))
+            .or_else(|| name.parse::<usize>().ok().filter(|&index| index < animations.len())),
     };
     found.ok_or_else(|| SceneProblem::NoAnimation {
         wanted: moment.animation.clone().map(|name| name.escape_debug().to_string()),
@@ -166,11 +223,11 @@ struct Between {
 }
 
 impl Between {
-    fn of(times: &[[f32; 1]], time_s: f64) -> Option<Self> {
+    fn of(times: &[f32], time_s: f64) -> Option<Self> {
         let last = times.len().checked_sub(1)?;
-        let next = times.partition_point(|time| f64::from(time[0]) <= time_s);
+        let next = times.partition_point(|time| f64::from(*time) <= time_s);
         let (from, to) = (next.saturating_sub(1).min(last), next.min(last));
-        let (start, end) = (f64::from(times[from][0]), f64::from(times[to][0]));
+        let (start, end) = (f64::from(times[from]), f64::from(times[to]));
         let share = (time_s - start) / (end - start);
         let share = if share.is_finite() { share.clamp(0.0, 1.0) } else { 0.0 };
         Some(Self { from, to, share, span_s: end - start })
@@ -201,11 +258,11 @@ fn sample<const N: usize>(
     time_s: f64,
     blend: Blend,
     item: &str,
-    document: &Document,
-    buffers: &Buffers,
+    source: Source<'_>,
 ) -> Result<Option<[f64; N]>, SceneProblem> {
-    let times = read::<1>(sampler.input, item, document, buffers)?;
-    let values = read::<N>(sampler.output, item, document, buffers)?;
+    let times = source.elements::<1>(sampler.input, item)?;
+    let values = source.elements::<N>(sampler.output, item)?;
+    let values = values.as_chunks::<N>().0;
     let Some(between) = Between::of(&times, time_s) else { return Ok(None) };
     let parts = parts(sampler);
     check_count(values.len(), times.len() * parts, item)?;
@@ -226,11 +283,10 @@ fn sample_weights(
     time_s: f64,
     targets: usize,
     item: &str,
-    document: &Document,
-    buffers: &Buffers,
+    source: Source<'_>,
 ) -> Result<Option<Vec<f32>>, SceneProblem> {
-    let times = read::<1>(sampler.input, item, document, buffers)?;
-    let values = read::<1>(sampler.output, item, document, buffers)?;
+    let times = source.elements::<1>(sampler.input, item)?;
+    let values = source.elements::<1>(sampler.output, item)?;
     let Some(between) = Between::of(&times, time_s) else { return Ok(None) };
     let parts = parts(sampler);
     check_count(values.len(), times.len().saturating_mul(parts).saturating_mul(targets), item)?;
@@ -238,7 +294,7 @@ fn sample_weights(
         let values = &values;
         move |key: usize, part: usize| {
             let part = if parts == 1 { 0 } else { part };
-            f64::from(values[(key * parts + part) * targets + target][0])
+            f64::from(values[(key * parts + part) * targets + target])
         }
     };
     let weights = (0..targets).map(|target| between.value(&sampler.interpolation, key(target)) as f32).collect();

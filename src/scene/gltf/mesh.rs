@@ -23,19 +23,31 @@ pub(super) struct Source<'a, 'e> {
     pub materials: &'a mut Materials<'e>,
     pub budget: &'a mut Budget,
     pub notes: &'a mut Notes,
+    pub known: Option<Known<'a>>,
 }
 
 /// A mesh as one of its nodes shows it: meshes alike in all of these are loaded once.
-type Shown = (usize, Vec<u32>, Option<usize>);
+pub(super) type Shown = (usize, Vec<u32>, Option<usize>);
 
-impl Source<'_, '_> {
+/// Which of a scene's meshes show what.
+pub(super) type Loaded = HashMap<Shown, std::ops::Range<usize>>;
+
+/// Meshes that were loaded before, of a scene that is posed anew: those that no skin bends are taken
+/// from there.
+#[derive(Clone, Copy)]
+pub(super) struct Known<'a> {
+    pub loaded: &'a Loaded,
+    pub meshes: &'a [Mesh],
+}
+
+impl<'a> Source<'a, '_> {
     /// Loads the meshes that nodes place, each primitive once for all nodes that show it alike.
-    pub(super) fn load_placed(&mut self, placed: &Placed) -> Result<(Vec<Mesh>, Vec<Instance>), SceneProblem> {
+    pub(super) fn load_placed(&mut self, placed: &Placed) -> Result<(Vec<Mesh>, Vec<Instance>, Loaded), SceneProblem> {
         let nodes: Vec<gltf::Node> = self.document.nodes().collect();
         let sources: Vec<gltf::Mesh> = self.document.meshes().collect();
         let mut meshes = Vec::new();
         let mut instances = Vec::new();
-        let mut loaded: HashMap<Shown, std::ops::Range<usize>> = HashMap::new();
+        let mut loaded = Loaded::new();
         for place in &placed.meshes {
             let (node, source) = (&nodes[place.node], &sources[place.mesh]);
             let skin = Skin::of(node, &placed.world_from_node, self.buffers, self.notes)?;
@@ -54,9 +66,17 @@ impl Source<'_, '_> {
                 Some(range) => range.clone(),
                 None => {
                     let start = meshes.len();
-                    for primitive in source.primitives() {
-                        let label = Label::new(source, &primitive);
-                        meshes.extend(self.load_primitive(&primitive, &pose, &label)?);
+                    match self.known_meshes(&shown) {
+                        Some(known) => {
+                            self.place_materials(source)?;
+                            meshes.extend_from_slice(known);
+                        }
+                        None => {
+                            for primitive in source.primitives() {
+                                let label = Label::new(source, &primitive);
+                                meshes.extend(self.load_primitive(&primitive, &pose, &label)?);
+                            }
+                        }
                     }
                     loaded.entry(shown).or_insert(start..meshes.len()).clone()
                 }
@@ -66,7 +86,23 @@ impl Source<'_, '_> {
                 |mesh| world_from_object.iter().map(move |&world_from_object| Instance { mesh, world_from_object });
             instances.extend(range.flat_map(one_each));
         }
-        Ok((meshes, instances))
+        Ok((meshes, instances, loaded))
+    }
+
+    /// The meshes that show the same as before.
+    fn known_meshes(&self, shown: &Shown) -> Option<&'a [Mesh]> {
+        let Known { loaded, meshes } = self.known.filter(|_| shown.2.is_none())?;
+        meshes.get(loaded.get(shown)?.clone())
+    }
+
+    /// Numbers the materials of a mesh that is not loaded again as if it were.
+    fn place_materials(&mut self, source: &gltf::Mesh) -> Result<(), SceneProblem> {
+        for primitive in source.primitives() {
+            if geometry::is_triangles(primitive.mode()) && primitive.get(&Semantic::Positions).is_some() {
+                self.materials.place(&primitive.material(), self.notes)?;
+            }
+        }
+        Ok(())
     }
 
     /// Where a node's mesh is: once, or as often as EXT_mesh_gpu_instancing says.

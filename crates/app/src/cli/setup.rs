@@ -10,15 +10,13 @@ use defocus::display::{Display, ToneMap};
 use defocus::gpu::{Gpu, Schedule};
 use defocus::image::DepthImage;
 use defocus::lens::{Lens, MM_PER_M};
-use defocus::methods;
 use defocus::presets;
 use defocus::scene::gltf::Lighting;
 use defocus::scene::rgbd::{DepthEncoding, DepthKind};
 use defocus::stereo::Layout;
 use defocus::view::{Input, SurfaceOptions, Tone, View, auto_overscan_px};
 use defocus::viewing::{Screen, Viewing};
-use defocus_study::builtin;
-use defocus_study::meter::exposure_ev;
+use defocus_study::meter::{is_metered, view_exposure_ev};
 use defocus_study::results::Setting;
 use defocus_study::source::{default_focus_m, visibly_open};
 use defocus_study::{DepthArgs, GpuSource, Source};
@@ -70,7 +68,7 @@ impl Setup {
         let spec = &options.scene.scene;
         let source = match options.scene.moment() {
             None => Source::open(spec, &depth_args)?,
-            Some(moment) => Source::open_at(spec, &moment)?,
+            Some(moment) => Source::open_at(spec, &depth_args, &moment)?,
         };
         let source = source.lit(lighting(options.view.light));
         let camera = source.camera_index(&options.view.camera)?;
@@ -105,10 +103,8 @@ impl Setup {
         let display = options.display.display();
         let viewing = Viewing::of(&lens, screen).with_ppd(options.display.ppd);
         let mut setup = Self { source: uploaded, camera, view, lens, display, viewing, metered: None, input: None };
-        // What shows its base colours alone has no light to be too strong or too weak.
-        let is_lit = matches!(&source, Source::Scene(scene) if scene.materials.iter().any(|m| !m.unlit));
         let is_unlit = options.view.shading == ShadingName::Unlit;
-        if options.display.exposure.is_none() && is_lit && !is_unlit && builtin::builtin(spec).is_none() {
+        if options.display.exposure.is_none() && !is_unlit && is_metered(spec, &source) {
             setup.meter()?;
         }
         Ok(setup)
@@ -116,9 +112,8 @@ impl Setup {
 
     /// Exposes a scene that would be white or black by its pinhole image.
     fn meter(&mut self) -> anyhow::Result<()> {
-        let (gpu, pinhole) = (self.gpu(), methods::by_id("pinhole")?);
-        let seen = defocus_study::render(&gpu, &mut self.view, &self.lens, pinhole.as_ref())?.color;
-        if let Some(ev) = exposure_ev(&seen, &self.view.depth_m(&gpu)) {
+        let gpu = self.gpu();
+        if let Some(ev) = view_exposure_ev(&gpu, &mut self.view, &self.lens)? {
             self.display.exposure_ev = ev;
             self.metered =
                 Some(format!("exposure: {ev:+.1} EV, metered from the pinhole image (--exposure 0 for none)"));

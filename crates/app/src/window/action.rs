@@ -1,7 +1,7 @@
 //! What can be done, with its name for people.
 
-use super::dialogs::Numbers;
-use super::model::{Arrangement, FocusMode, Inside, PaneId, PictureKind, PictureSize, Theme};
+use super::model::Numbers;
+use super::model::{Arrangement, Edit, FocusMode, Inside, PaneId, PictureKind, PictureSize, Preference, Theme};
 use defocus::stereo::Layout;
 use eframe::egui::KeyboardShortcut;
 
@@ -110,6 +110,20 @@ pub enum Action {
     StepLesson(i8),
     /// Back to what was shown before the lessons.
     EndLesson,
+    /// Play the scene's animation, or stop it.
+    PlayAnimation,
+    /// Ask for an image to be the aperture.
+    OpenAperture,
+    /// Change one part of what is shown.
+    Edit(Edit),
+    /// Change one of the person's choices.
+    Prefer(Preference),
+}
+
+impl From<Edit> for Action {
+    fn from(edit: Edit) -> Self {
+        Self::Edit(edit)
+    }
 }
 
 /// An action with its name for people.

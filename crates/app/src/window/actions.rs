@@ -4,7 +4,7 @@ use super::App;
 use super::action::{Action, Command};
 use super::commands::NUMBERS;
 use super::model::state;
-use super::model::{Arrangement, Document, Inside, MethodChoice, PaneId, Show};
+use super::model::{Arrangement, Document, Edit, FocusSettings, Inside, MethodChoice, PaneId, Show};
 use defocus::lens::Lens;
 use defocus::presets::presets;
 use defocus::stereo::Stereo;
@@ -42,6 +42,10 @@ impl App {
             Action::Redo => self.redo(),
             Action::Palette => self.palette.toggle(),
             Action::Help => self.help = !self.help,
+            Action::PlayAnimation => self.toggle_animation(),
+            Action::Edit(edit) => self.edit(edit),
+            Action::Prefer(preference) => self.preferences.apply(preference),
+            Action::OpenAperture => self.dialogs.open_aperture(ctx),
             Action::SetTheme(theme) => self.preferences.theme = theme,
             Action::WatchShaders => self.preferences.reload_shaders = !self.preferences.reload_shaders,
             Action::TimePasses => self.engine.time_passes(self.document.a),
@@ -49,7 +53,7 @@ impl App {
             Action::ResetCamera => self.choose_camera(self.document.camera_index),
             Action::SetLens(name) => self.set_lens(&name),
             Action::SuitLens => self.suit_lens(),
-            Action::SetFocusMode(mode) => self.document.focus.mode = mode,
+            Action::SetFocusMode(mode) => self.edit(Edit::Focus(FocusSettings { mode, ..self.document.focus })),
             Action::SetStereo(layout) => {
                 let known = self.document.stereo.unwrap_or_default();
                 self.document.stereo = layout.map(|layout| Stereo { layout, ..known });
@@ -64,6 +68,22 @@ impl App {
             | Action::EndLesson => self.perform_for_class(ctx, action),
             action => self.change_panes(action),
         }
+    }
+
+    /// Changes one part of what is shown, as a panel or the pointer asks for it.
+    pub(super) fn edit(&mut self, edit: Edit) {
+        let mode = self.document.focus.mode;
+        // A focus that is set by hand goes nowhere by itself.
+        let is_refocused = matches!(edit, Edit::FocusDistance(_) | Edit::Lesson(..));
+        self.document.apply(edit);
+        if is_refocused || self.document.focus.mode != mode {
+            self.focus_motion.stop();
+        }
+    }
+
+    /// Does all that was asked for, in its order.
+    pub(super) fn perform_all(&mut self, ctx: &Context, actions: impl IntoIterator<Item = Action>) {
+        actions.into_iter().for_each(|action| self.perform(ctx, action));
     }
 
     fn change_panes(&mut self, action: Action) {
@@ -162,10 +182,8 @@ impl App {
     fn set_lens(&mut self, name: &str) {
         let own = self.preferences.own_lenses.iter().cloned();
         if let Some(preset) = presets().into_iter().chain(own).find(|p| p.name == name) {
-            let focus_distance_m = self.document.lens.focus_distance_m;
-            let aperture = self.document.lens.aperture.clone();
-            self.document.lens = Lens { focus_distance_m, aperture, ..preset.lens };
-            self.document.automatic_lens = false;
+            let Lens { focus_distance_m, aperture, .. } = self.document.lens.clone();
+            self.edit(Edit::Lens(Lens { focus_distance_m, aperture, ..preset.lens }));
         }
     }
 

@@ -1,8 +1,8 @@
 //! The bar above the panes and the line below them.
 
 use super::action::Action;
-use super::dialogs::Numbers;
 use super::model::Arrangement;
+use super::model::Numbers;
 use super::model::PictureKind;
 use super::model::Theme;
 use super::model::numbers::significant;
@@ -120,6 +120,22 @@ impl App {
                 ui.close();
             }
         }
+    }
+
+    /// What was approximated or left out of the file, to be read at a click.
+    fn notes_menu(&self, ui: &mut Ui) {
+        let notes = self.engine.source().map(|s| s.source().notes().to_vec()).unwrap_or_default();
+        if notes.is_empty() {
+            return;
+        }
+        let title = if notes.len() == 1 { "1 note".to_owned() } else { format!("{} notes", notes.len()) };
+        let button = ui.menu_button(RichText::new(title).small(), |ui| {
+            ui.set_max_width(420.0);
+            for note in &notes {
+                ui.label(note);
+            }
+        });
+        button.response.on_hover_text("What was approximated or left out of the file");
     }
 
     /// What was told before: a message that has gone can be read again, and copied.
@@ -288,6 +304,7 @@ impl App {
                 let stats = self.engine.stats();
                 let drawn = format!("{} triangles, {} passes", stats.triangles, stats.passes);
                 item(ui, "last frame", &drawn, &skipped(stats));
+                self.notes_menu(ui);
                 ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
                     let adapter = self.engine.gpu().adapter();
                     let help = format!("{} ({}, {})", adapter.name, adapter.backend, adapter.driver);

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::action::Action;
-use super::model::{Document, LESSONS, Lesson, Optics};
+use super::model::{Document, Edit, LESSONS, Lesson, Optics};
 use super::ui::panels::{LessonAction, LessonView, StripAction, StripView, lesson_card, strip};
 use defocus::camera::Camera;
 use defocus::focus::{dioptres, metres};
@@ -70,20 +70,17 @@ impl App {
     }
 
     fn nudge_aperture(&mut self, steps: f64) {
-        let lens = &mut self.document.lens;
-        let opened = lens.aperture_diameter_mm.max(LEAST_APERTURE_MM) * APERTURE_STEP.powf(steps);
-        lens.aperture_diameter_mm = if opened < LEAST_APERTURE_MM { 0.0 } else { opened.min(1e4) };
-        self.document.automatic_lens = false;
-        self.document.pupil = None;
+        let opened = self.document.lens.aperture_diameter_mm.max(LEAST_APERTURE_MM) * APERTURE_STEP.powf(steps);
+        self.edit(Edit::ApertureDiameter(if opened < LEAST_APERTURE_MM { 0.0 } else { opened.min(1e4) }));
     }
 
     fn nudge_focus(&mut self, steps: f64) {
-        self.focus_motion.stop();
-        let lens = &mut self.document.lens;
+        let lens = &self.document.lens;
         let nearest_d = 0.99 * defocus::lens::MM_PER_M / lens.focal_length_mm.max(1e-3);
         let focus_d = (dioptres(lens.focus_distance_m) + FOCUS_STEP_D * steps).clamp(0.0, nearest_d);
         // The last step goes to infinity, and not to a kilometre.
-        lens.focus_distance_m = metres(if focus_d < 0.01 * FOCUS_STEP_D { 0.0 } else { focus_d });
+        let focus_m = metres(if focus_d < 0.01 * FOCUS_STEP_D { 0.0 } else { focus_d });
+        self.edit(Edit::FocusDistance(focus_m));
     }
 
     fn start_lesson(&mut self, index: usize) {
@@ -146,10 +143,7 @@ impl App {
             match shown.inner {
                 Some(LessonAction::Go(index)) => self.perform(ui.ctx(), Action::Lesson(index)),
                 Some(LessonAction::End) => self.perform(ui.ctx(), Action::EndLesson),
-                Some(LessonAction::Drag(value)) => {
-                    self.focus_motion.stop();
-                    lesson.dragged.set(&mut self.document, value);
-                }
+                Some(LessonAction::Drag(value)) => self.edit(Edit::Lesson(lesson.dragged, value)),
                 None => {}
             }
         }
@@ -171,15 +165,8 @@ impl App {
 
     fn take_strip(&mut self, ctx: &Context, action: Option<StripAction>) {
         match action {
-            Some(StripAction::Aperture(mm)) => {
-                self.document.lens.aperture_diameter_mm = mm;
-                self.document.automatic_lens = false;
-                self.document.pupil = None;
-            }
-            Some(StripAction::Focus(focus_m)) => {
-                self.focus_motion.stop();
-                self.document.lens.focus_distance_m = focus_m;
-            }
+            Some(StripAction::Aperture(mm)) => self.edit(Edit::ApertureDiameter(mm)),
+            Some(StripAction::Focus(focus_m)) => self.edit(Edit::FocusDistance(focus_m)),
             Some(StripAction::ShowPanels) => self.perform(ctx, Action::TogglePanels),
             None => {}
         }

@@ -2,7 +2,7 @@
 
 use super::App;
 use super::action::{Action, Command};
-use super::dialogs::Numbers;
+use super::model::Numbers;
 use super::model::{
     Arrangement, FocusMode, Inside, LESSONS, PictureKind, PictureSize, Show, Theme, UI_SCALES, scale_name,
 };
@@ -65,6 +65,7 @@ impl App {
             command("Close the aperture", plain(Key::Comma), Action::NudgeAperture(-1)),
             command("Focus nearer", plain(Key::K), Action::NudgeFocus(1)),
             command("Focus farther", plain(Key::L), Action::NudgeFocus(-1)),
+            command("Play or stop the animation", plain(Key::Space), Action::PlayAnimation),
             command("Full screen", plain(Key::F11), Action::ToggleFullScreen),
             command("Hide or show the panels", plain(Key::Tab), Action::TogglePanels),
         ];

@@ -2,8 +2,8 @@
 
 use super::App;
 use super::dialogs::{Answer, Purpose};
-use super::model::Document;
 use super::model::state;
+use super::model::{Document, Edit};
 use defocus::aperture::{Aperture, ApertureImage};
 use eframe::egui::Context;
 use std::path::Path;
@@ -57,7 +57,7 @@ impl App {
     /// Gives the lens an image as its aperture.
     fn take_aperture(&mut self, ctx: &Context, file: &Path) {
         match ApertureImage::load(file) {
-            Ok(image) => self.document.lens.aperture = Aperture::Image(Arc::new(image)),
+            Ok(image) => self.edit(Edit::Aperture(Aperture::Image(Arc::new(image)))),
             Err(error) => self.messages.error(ctx, &error.to_string()),
         }
     }
@@ -81,6 +81,7 @@ impl App {
                 self.engine.set_source(source);
                 self.eyes.forget();
                 self.forget_scale_offer();
+                self.forget_animation();
                 self.document.scene.clone_from(&loaded.spec);
                 self.document.depth.clone_from(&loaded.depth);
                 if Path::new(&loaded.spec).is_file() {
@@ -88,14 +89,20 @@ impl App {
                 }
                 self.watched.follow(&loaded.spec, &loaded.depth, ctx);
                 self.loaded = Some((loaded.spec, loaded.depth));
+                let was_metered = std::mem::replace(&mut self.metered_ev, loaded.metered_ev).is_some();
+                if loaded.fresh && self.document.automatic_exposure && (was_metered || self.metered_ev.is_some()) {
+                    self.edit(Edit::MeteredExposure(loaded.metered_ev.unwrap_or(0.0)));
+                }
                 if loaded.fresh {
+                    self.document.moment = None;
                     self.choose_camera(0);
                     self.refocus();
                 }
             }
             Err(error) => {
-                if loaded.lacks_depth {
-                    self.dialogs.open_with_depth(ctx, Path::new(&loaded.spec));
+                // The error says what is missing.
+                if loaded.is_incomplete {
+                    self.dialogs.complete(ctx, Path::new(&loaded.spec), Some(error));
                 } else {
                     self.messages.error(ctx, &error);
                 }

@@ -1,7 +1,7 @@
 //! Focusing with the mouse, on objects, by gaze and by itself; the aperture with the mouse.
 
 use super::App;
-use super::model::FocusMode;
+use super::model::{Edit, FocusMode};
 use super::ui::panels::Focusing;
 use defocus::focus::{area_depth_m, depth_of_m, dioptres, metres, world_point};
 use eframe::egui::{PointerButton, Response, Ui};
@@ -87,16 +87,15 @@ impl App {
             return false;
         }
         if modifiers.command {
-            let lens = &mut self.document.lens;
             let factor = (f64::from(response.drag_delta().x) / APERTURE_POINTS).exp();
-            let opened = lens.aperture_diameter_mm.max(LEAST_APERTURE_MM) * factor;
-            // Closed all the way, it is a pinhole.
-            lens.aperture_diameter_mm = if opened < LEAST_APERTURE_MM { 0.0 } else { opened.min(1e4) };
-            self.document.automatic_lens &= factor == 1.0;
+            let opened = self.document.lens.aperture_diameter_mm.max(LEAST_APERTURE_MM) * factor;
+            if factor != 1.0 {
+                // Closed all the way, it is a pinhole.
+                self.edit(Edit::ApertureDiameter(if opened < LEAST_APERTURE_MM { 0.0 } else { opened.min(1e4) }));
+            }
         } else if modifiers.alt {
             if let Some(to_m) = at.and_then(|at| self.depth_to_focus_m(at)) {
-                self.focus_motion.stop();
-                self.document.lens.focus_distance_m = to_m;
+                self.edit(Edit::FocusDistance(to_m));
             }
         } else {
             return false;

@@ -1,8 +1,11 @@
 //! Opening scenes without holding up the window.
 
 use defocus::gpu::Gpu;
+use defocus::image_io::ImageError;
+use defocus::lens::Lens;
 use defocus::scene::rgbd::RgbdError;
 use defocus::view::SurfaceOptions;
+use defocus_study::meter::{is_metered, view_exposure_ev};
 use defocus_study::{DepthArgs, GpuSource, Source, SourceError};
 use eframe::egui;
 use std::path::Path;
@@ -16,8 +19,11 @@ pub struct Loaded {
     pub depth: DepthArgs,
     /// Whether camera and focus are to be chosen for it.
     pub fresh: bool,
-    /// Whether it is an image that only lacks its depth.
-    pub lacks_depth: bool,
+    /// Whether it is an image of which more has to be said: where its depth is, what its numbers mean,
+    /// which of its layers are meant.
+    pub is_incomplete: bool,
+    /// Exposure that its light asks for, EV, of a scene that would be white or black without.
+    pub metered_ev: Option<f32>,
     /// The source, or a sentence.
     pub result: Result<GpuSource, String>,
 }
@@ -26,7 +32,30 @@ struct Pending {
     spec: String,
     depth: DepthArgs,
     fresh: bool,
-    receiver: Receiver<Result<GpuSource, SourceError>>,
+    receiver: Receiver<Result<Opened, SourceError>>,
+}
+
+/// Whether an image can be opened once more is said about it.
+fn is_incomplete(error: &RgbdError) -> bool {
+    match error {
+        RgbdError::NoDepth { .. } | RgbdError::Uncalibrated { .. } => true,
+        RgbdError::Image(error) => matches!(
+            error,
+            ImageError::UnclearLayer { .. } | ImageError::MissingChannel { .. } | ImageError::NoSuchLayer { .. }
+        ),
+        _ => false,
+    }
+}
+
+/// What was uploaded, and the exposure that its light asks for, EV.
+type Opened = (GpuSource, Option<f32>);
+
+/// The exposure that a source's light asks for, EV, seen by its first camera; none of what can be
+/// looked at as it is.
+fn metered_ev(spec: &str, source: &GpuSource) -> Option<f32> {
+    let size = source.source().default_size(0);
+    let mut view = is_metered(spec, source.source()).then(|| source.view(0, size, 0, None).ok())??;
+    view_exposure_ev(source.gpu(), &mut view, &Lens::PINHOLE).ok()?
 }
 
 /// Opens one thing at a time on a thread of its own: parsing, decoding and uploading.
@@ -45,7 +74,11 @@ impl Loader {
         let spec = whole.map_or_else(|| spec.to_owned(), |path| path.to_string_lossy().into_owned());
         let (name, args, gpu, ctx) = (spec.clone(), depth.clone(), gpu.clone(), ctx.clone());
         std::thread::spawn(move || {
-            let opened = Source::open(&name, &args).map(|source| source.upload(&gpu, SurfaceOptions::default()));
+            let opened = Source::open(&name, &args).map(|source| {
+                let uploaded = source.upload(&gpu, SurfaceOptions::default());
+                let metered_ev = metered_ev(&name, &uploaded);
+                (uploaded, metered_ev)
+            });
             // Nobody listens any more where something else was opened meanwhile.
             let _ = sender.send(opened);
             ctx.request_repaint();
@@ -71,9 +104,11 @@ impl Loader {
             Ok(opened) => opened.map_err(Some),
         };
         let Pending { spec, depth, fresh, .. } = self.pending.take()?;
-        let lacks_depth = matches!(&result, Err(Some(SourceError::Image(RgbdError::NoDepth { .. }))));
+        let is_incomplete = matches!(&result, Err(Some(SourceError::Image(error))) if is_incomplete(error));
         let stopped = "loading stopped unexpectedly: the program's log says more; try another file";
         let result = result.map_err(|e| e.map_or_else(|| stopped.to_owned(), |e| e.to_string()));
-        Some(Loaded { spec, depth, fresh, lacks_depth, result })
+        let metered_ev = result.as_ref().ok().and_then(|(_, ev)| *ev);
+        let result = result.map(|(source, _)| source);
+        Some(Loaded { spec, depth, fresh, is_incomplete, metered_ev, result })
     }
 }

@@ -1,8 +1,8 @@
 //! Figures, the CoC plot and batches as files for other programs, with the state that made them.
 
 use super::App;
-use super::dialogs::Numbers;
 use super::engine::{Measured, Verdict};
+use super::model::Numbers;
 use super::model::{Document, state};
 use defocus::image_io::write_atomically;
 use defocus_study::curves::CocCurve;

@@ -1,10 +1,11 @@
 //! The panes: how they lie, and the head and foot of each.
 
-use super::details::{Exposed, difference_row, inside_row};
 use super::engine::{Figures, FrameTime, Measured, Verdict};
 use super::model::numbers::significant;
-use super::model::{Arrangement, Inside, PaneId, Show, tree_of};
+use super::model::{Arrangement, Edit, Inside, PaneId, Show, tree_of};
 use super::model::{aperture_limit, astigmatism_limit};
+use super::ui::details::Exposed;
+use super::ui::groups::{difference_edit, inside_edits};
 use super::ui::widgets::combo;
 use super::{App, action::Action, ui::style};
 use defocus::gpu::Texture;
@@ -94,7 +95,7 @@ impl App {
         tree.ui(&mut tiles, ui);
         // An even arrangement stays one while panes are added.
         if tiles.edited {
-            self.document.tiles = Some(tree);
+            self.edit(Edit::Tiles(tree));
         }
     }
 
@@ -247,12 +248,13 @@ impl App {
             .filter(|(_, p)| p.id != id)
             .map(|(i, p)| (p.id, format!("pane {}: {}", i + 1, p.method.title())))
             .collect();
-        let Some(state) = self.document.pane_mut(id) else { return };
-        match &mut state.show {
-            Show::Difference(difference) => difference_row(ui, id, difference, &others),
-            Show::Inside(inside) => inside_row(ui, id, inside, &mut state.opacity, &exposed),
-            _ => {}
-        }
+        let Some(state) = self.document.pane(id) else { return };
+        let actions = match &state.show {
+            Show::Difference(difference) => difference_edit(ui, id, *difference, &others).into_iter().collect(),
+            Show::Inside(inside) => inside_edits(ui, id, inside, state.opacity, &exposed),
+            _ => Vec::new(),
+        };
+        self.perform_all(ui.ctx(), actions);
     }
 
     /// The feet of all panes: what they say is about the pictures that were made in this

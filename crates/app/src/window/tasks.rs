@@ -1,6 +1,7 @@
 //! Work that takes longer than one would wait for: on a thread, with progress, and it can
 //! be stopped.
 
+use super::App;
 use defocus_study::Step;
 use eframe::egui::{Align2, Area, Context, Frame, Id, ProgressBar, vec2};
 use std::ops::ControlFlow;
@@ -107,5 +108,22 @@ impl Task {
             });
         });
         None
+    }
+}
+
+impl App {
+    /// Shows what is under way, and tells what has ended.
+    pub(super) fn show_tasks(&mut self, ctx: &Context) {
+        let (mut row, messages) = (0, &mut self.messages);
+        self.tasks.retain_mut(|task| {
+            row += 1;
+            match task.show(ctx, row - 1) {
+                None => return true,
+                Some(Ended::Well(text)) => messages.note(ctx, &text),
+                Some(Ended::Badly(error)) => messages.error(ctx, &error),
+                Some(Ended::Stopped) => messages.note(ctx, "Cancelled; nothing was written."),
+            }
+            false
+        });
     }
 }

@@ -4,7 +4,7 @@ use super::engine::Request;
 use super::model::Navigation;
 use super::model::PictureSize;
 use super::model::numbers::round_above;
-use super::model::{Arrangement, Document, PaneId, Zoom};
+use super::model::{Arrangement, Document, Edit, PaneId, Zoom};
 use super::viewport_state::REST_SECONDS;
 use super::{App, navigation, paint};
 use defocus::methods::MethodError;
@@ -98,7 +98,7 @@ impl App {
     /// Magnifies about the pointer; moves what is magnified.
     fn magnify(&mut self, ui: &Ui, response: &Response, area: Rect, picture: Rect) {
         let width_px = self.whole_size_px().x.max(1) as f32;
-        let zoom = &mut self.document.zoom;
+        let mut zoom = self.document.zoom;
         let factor = ui.input(|i| i.zoom_delta());
         if let Some(at) = response.hover_pos().filter(|_| response.contains_pointer() && factor != 1.0) {
             let own = picture.width() / width_px * ui.ctx().pixels_per_point();
@@ -106,19 +106,24 @@ impl App {
             let grown = picture.size() * (scale / zoom.scale.unwrap_or(own));
             let under = (at - picture.min) / picture.size();
             let centre = under - (at - area.center()) / grown;
-            *zoom = Zoom { scale: Some(scale), centre: [centre.x, centre.y].map(|c| c.clamp(0.0, 1.0)) };
+            zoom = Zoom { scale: Some(scale), centre: [centre.x, centre.y].map(|c| c.clamp(0.0, 1.0)) };
         }
         if zoom.scale.is_some() && response.dragged_by(PointerButton::Middle) {
             let moved = response.drag_delta() / picture.size();
             let [x, y] = zoom.centre;
             zoom.centre = [x - moved.x, y - moved.y].map(|c| c.clamp(0.0, 1.0));
         }
+        if zoom != self.document.zoom {
+            self.edit(Edit::Zoom(zoom));
+        }
     }
 
     fn navigate(&mut self, ui: &Ui, response: &Response) {
         let size = self.eye_size_px();
         let magnified = self.document.zoom.scale.is_some();
-        let Document { camera: Some(camera), pivot_m, .. } = &mut self.document else { return };
+        let Document { camera: Some(before), pivot_m: pivot_before_m, .. } = &self.document else { return };
+        let (mut moved, mut pivot_m) = (*before, *pivot_before_m);
+        let camera = &mut moved;
         let delta = response.drag_delta();
         let height = f64::from(response.rect.height());
         let drag = dvec2(f64::from(delta.x), f64::from(delta.y)) / height;
@@ -126,22 +131,25 @@ impl App {
         let middle = response.dragged_by(PointerButton::Middle) && !magnified;
         let panning = response.dragged_by(PointerButton::Secondary) || middle;
         if panning || (shift && response.dragged_by(PointerButton::Primary)) {
-            navigation::pan(camera, *pivot_m, drag * f64::from(size.y), size);
+            navigation::pan(camera, pivot_m, drag * f64::from(size.y), size);
         } else if response.dragged_by(PointerButton::Primary) {
             match self.preferences.navigation {
-                Navigation::Orbit => navigation::orbit(camera, *pivot_m, drag),
+                Navigation::Orbit => navigation::orbit(camera, pivot_m, drag),
                 Navigation::Fly => navigation::look(camera, drag),
             }
         }
         if response.contains_pointer() {
             let scroll = ui.input(|i| f64::from(i.smooth_scroll_delta().y));
             if scroll != 0.0 {
-                *pivot_m = navigation::zoom(camera, *pivot_m, (-scroll * ZOOM_PER_POINT).exp());
+                pivot_m = navigation::zoom(camera, pivot_m, (-scroll * ZOOM_PER_POINT).exp());
             }
             if let Some(along) = flight(ui) {
-                navigation::fly(camera, along * *pivot_m);
+                navigation::fly(camera, along * pivot_m);
                 ui.ctx().request_repaint();
             }
+        }
+        if (moved, pivot_m) != (*before, *pivot_before_m) {
+            self.edit(Edit::Camera(moved, pivot_m));
         }
     }
 
@@ -281,7 +289,7 @@ impl App {
 
     fn move_divider(&mut self, part: Rect, response: &Response) {
         if let Some(at) = response.interact_pointer_pos() {
-            self.document.divider = ((at.x - part.left()) / part.width()).clamp(0.0, 1.0);
+            self.edit(Edit::Divider((at.x - part.left()) / part.width()));
         }
     }
 

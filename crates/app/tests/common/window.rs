@@ -40,6 +40,11 @@ pub fn window_with(size: [f32; 2], options: AppOptions) -> Window {
     let unfolded = ["Optics and display", "View", "Timing"].map(str::to_owned);
     let preferences = options.preferences.take().unwrap_or_default();
     options.preferences = Some(Preferences { open_groups: unfolded.into(), ..preferences });
+    window_as_asked(size, options)
+}
+
+/// A window exactly as `options` say, with what is folded at first still folded.
+pub fn window_as_asked(size: [f32; 2], options: AppOptions) -> Window {
     let state = create_render_state(wgpu_setup(None), RendererOptions::PREDICTABLE);
     let app = App::new(&state, options);
     let mut window = Harness::builder()

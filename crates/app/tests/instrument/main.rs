@@ -8,12 +8,15 @@ mod common;
 #[path = "../../../../tests/tiny_files/mod.rs"]
 mod tiny_files;
 
+mod animation;
 mod class;
 mod fields;
 mod figures;
 mod kernel;
 mod labels;
+mod opening;
 mod pace;
+mod panel;
 mod paper;
 mod saved;
 mod size;

@@ -3,9 +3,8 @@
 use super::run::{Outcome, run};
 use crate::window::App;
 use crate::window::action::Action;
-use crate::window::dialogs::Numbers;
 use crate::window::engine::{Exposure, Identity};
-use crate::window::model::{BatchRow, MethodChoice};
+use crate::window::model::{BatchRow, Edit, MethodChoice, Numbers};
 use crate::window::tasks::Task;
 use crate::window::ui::panels::{BatchAction, BatchCells, BatchView, batch_panel};
 use defocus::display::Display;
@@ -89,7 +88,7 @@ impl App {
         let view = BatchView { rows: &self.document.batch, cells: &cells, is_running };
         let mut is_open = true;
         let window =
-            Window::new("Batch").open(&mut is_open).default_width(640.0).default_pos([60.0, 110.0]).vscroll(false);
+            Window::new("Batch").open(&mut is_open).default_width(700.0).default_pos([60.0, 110.0]).vscroll(false);
         let shown = window.show(ctx, |ui| batch_panel(ui, &view));
         self.batch.is_open = is_open;
         if let Some(action) = shown.and_then(|shown| shown.inner).flatten() {
@@ -130,26 +129,18 @@ impl App {
             BatchAction::AddPanes => {
                 let reference = self.document.reference();
                 let panes = self.document.panes.iter().filter(|pane| Some(pane.id) != reference);
-                let methods: Vec<MethodChoice> = panes.map(|pane| pane.method.clone()).collect();
-                self.document.add_to_batch(methods);
+                let methods = panes.map(|pane| pane.method.clone()).collect();
+                self.edit(Edit::AddToBatch(methods));
             }
             BatchAction::AddAll => {
                 let about = defocus::methods::all().into_iter().map(|method| method.about());
                 let real_time = about.filter(|about| !["accumulation", "raytrace"].contains(&about.id));
-                self.document.add_to_batch(real_time.map(|about| MethodChoice::new(about.id)));
+                self.edit(Edit::AddToBatch(real_time.map(|about| MethodChoice::new(about.id)).collect()));
             }
-            BatchAction::Change(index, row) => {
-                if let Some(known) = self.document.batch.get_mut(index) {
-                    *known = row.repaired();
-                }
-            }
-            BatchAction::Remove(index) => {
-                if index < self.document.batch.len() {
-                    self.document.batch.remove(index);
-                }
-            }
+            BatchAction::Change(index, row) => self.edit(Edit::BatchRow(index, row)),
+            BatchAction::Remove(index) => self.edit(Edit::RemoveBatchRow(index)),
             BatchAction::Show(index) => self.show_row(index),
-            BatchAction::Clear => self.document.batch.clear(),
+            BatchAction::Clear => self.edit(Edit::ClearBatch),
             BatchAction::Run => self.run_batch(ctx),
             BatchAction::Save => self.perform(ctx, Action::SaveNumbers(Numbers::Batch)),
         }
@@ -159,12 +150,8 @@ impl App {
     fn show_row(&mut self, index: usize) {
         let Some(row) = self.document.batch.get(index).cloned() else { return };
         self.focus_motion.stop();
-        self.document.lens = row.lens(&self.document.lens);
-        self.document.automatic_lens = false;
-        let a = self.document.a;
-        if let Some(pane) = self.document.pane_mut(a) {
-            pane.method = row.method;
-        }
+        self.edit(Edit::Lens(row.lens(&self.document.lens)));
+        self.edit(Edit::Method(self.document.a, row.method));
     }
 
     fn run_batch(&mut self, ctx: &Context) {

@@ -156,6 +156,12 @@ impl Engine {
         self.colors.clear();
     }
 
+    /// Shows the same source at another moment; what is shown stays until the new pictures are there.
+    pub fn pose_source(&mut self, source: GpuSource) {
+        self.source = Some(source);
+        self.forget_pictures();
+    }
+
     /// Makes every picture anew, as after a shader was replaced.
     pub fn forget_pictures(&mut self) {
         self.panes.values_mut().for_each(|pane| pane.made_for = None);

@@ -7,6 +7,7 @@ use super::batch::{BatchRow, MOST_BATCH_ROWS};
 use super::focus::FocusSettings;
 use super::kernel::KernelChoice;
 use super::method::MethodChoice;
+use super::moment::Moment;
 use super::pane::{DEFAULT_OPACITY, PaneState};
 use super::pane_id::PaneId;
 use super::pane_tree::PaneTree;
@@ -39,6 +40,8 @@ pub struct Document {
     pub camera: Option<Camera>,
     /// Distance from the camera of the point it orbits, metres.
     pub pivot_m: f64,
+    /// The moment of an animation that is shown; the scene at rest without it.
+    pub moment: Option<Moment>,
     /// How large the picture of one eye is.
     pub size: PictureSize,
     /// The lens.
@@ -70,6 +73,9 @@ pub struct Document {
     pub measure: bool,
     /// Exposure and tone map.
     pub display: Display,
+    /// Whether the exposure follows the light of each newly opened scene that asks for one, which is
+    /// so until it is set by hand.
+    pub automatic_exposure: bool,
     /// The display's light.
     pub screen: Screen,
     /// Light and age that the lens's E follows, if it does.
@@ -102,6 +108,7 @@ impl Default for Document {
             camera_index: 0,
             camera: None,
             pivot_m: 1.0,
+            moment: None,
             size: PictureSize::default(),
             lens: Lens::PINHOLE,
             focus: FocusSettings::default(),
@@ -116,6 +123,7 @@ impl Default for Document {
             zoom: Zoom::default(),
             measure: false,
             display: Display::default(),
+            automatic_exposure: true,
             screen: Screen::default(),
             pupil: None,
             age_years: None,
@@ -154,6 +162,7 @@ impl Document {
         }
         self.divider = if self.divider.is_nan() { 0.5 } else { self.divider.clamp(0.0, 1.0) };
         self.zoom = self.zoom.repaired();
+        self.moment = self.moment.map(Moment::repaired);
         self.size = self.size.repaired();
         self.kernel = self.kernel.repaired();
         self.focus = self.focus.repaired();
@@ -274,17 +283,6 @@ impl Document {
         Viewing::of(&self.lens, self.screen).with_ppd(self.ppd)
     }
 
-    /// Adds the present aperture and focus with each of `methods`, unless a row has them.
-    pub fn add_to_batch(&mut self, methods: impl IntoIterator<Item = MethodChoice>) {
-        let Lens { aperture_diameter_mm: aperture_mm, focus_distance_m: focus_m, .. } = self.lens;
-        for method in methods {
-            let row = BatchRow { aperture_mm, focus_m, method };
-            if self.batch.len() < MOST_BATCH_ROWS && !self.batch.contains(&row) {
-                self.batch.push(row);
-            }
-        }
-    }
-
     /// What files about it are called: the scene's name, or its file's.
     pub fn name(&self) -> String {
         let stem = std::path::Path::new(&self.scene).file_stem();
@@ -297,9 +295,9 @@ impl Document {
     }
 
     /// The same but for what only directs the eye, which undo leaves alone: also the focus
-    /// where it moves by itself.
+    /// where it moves by itself, and the moment that is shown.
     pub fn without_gaze(&self) -> Self {
-        let mut document = Self { zoom: Zoom::default(), divider: 0.5, ..self.clone() };
+        let mut document = Self { zoom: Zoom::default(), divider: 0.5, moment: None, ..self.clone() };
         if self.focus.mode.follows() {
             document.lens.focus_distance_m = f64::INFINITY;
         }
@@ -351,7 +349,7 @@ impl Zoom {
     /// Least and greatest magnification.
     pub const RANGE: std::ops::RangeInclusive<f32> = 0.125..=64.0;
 
-    fn repaired(self) -> Self {
+    pub(super) fn repaired(self) -> Self {
         let scale = self.scale.filter(|s| s.is_finite()).map(|s| s.clamp(*Self::RANGE.start(), *Self::RANGE.end()));
         let centre = self.centre.map(|c| if c.is_nan() { 0.5 } else { c.clamp(0.0, 1.0) });
         Self { scale, centre }

@@ -159,6 +159,7 @@ impl Lesson {
         document.arrangement = self.arrangement;
         document.zoom = Zoom::default();
         document.display.exposure_ev = self.exposure_ev;
+        document.automatic_exposure = false;
         document.age_years = self.age_years;
         document
     }

@@ -56,6 +56,18 @@ impl Default for Preferences {
 }
 
 impl Preferences {
+    /// Changes what `preference` names.
+    pub fn apply(&mut self, preference: Preference) {
+        match preference {
+            Preference::DistanceUnit(unit) => self.distance_unit = unit,
+            Preference::DisplayByView(is_by_view) => self.display_by_view = is_by_view,
+            Preference::OwnLenses(lenses) => self.own_lenses = lenses,
+            Preference::Navigation(navigation) => self.navigation = navigation,
+            Preference::SmoothFocus(is_smooth) => self.smooth_focus = is_smooth,
+            Preference::Theme(theme) => self.theme = theme,
+        }
+    }
+
     /// Puts a file first among those opened.
     pub fn remember(&mut self, file: &Path) {
         let file = std::path::absolute(file).unwrap_or_else(|_| file.to_owned());
@@ -63,6 +75,23 @@ impl Preferences {
         self.recent.insert(0, file);
         self.recent.truncate(MAX_RECENT);
     }
+}
+
+/// A change of one choice, as a panel asks for it.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Preference {
+    /// Unit of the focus distance.
+    DistanceUnit(DistanceUnit),
+    /// Whether the lens's display is given by field of view and resolution.
+    DisplayByView(bool),
+    /// Lenses saved under a name.
+    OwnLenses(Vec<LensPreset>),
+    /// What dragging does to the camera.
+    Navigation(Navigation),
+    /// Whether focus moves smoothly to where one clicks.
+    SmoothFocus(bool),
+    /// Light, dark, or as the system has it.
+    Theme(Theme),
 }
 
 /// What dragging does to the camera.

@@ -148,6 +148,10 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
             // Where it was fitted to the display it is not the scene's own any more.
             option("--fov", camera.fov_y.to_degrees().to_string());
         }
+        if let Some(moment) = &document.moment {
+            option("--animation", moment.animation.clone());
+            option("--time", moment.time_s.to_string());
+        }
         if document.camera_index > 0 {
             option("--camera", document.camera_index.to_string());
         }
@@ -176,7 +180,7 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
         }
     }
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
-    if document.display.exposure_ev != 0.0 {
+    if document.display.exposure_ev != 0.0 || !document.automatic_exposure {
         option("--exposure", document.display.exposure_ev.to_string());
     }
     if document.display.tone_map != Default::default() {

@@ -5,6 +5,9 @@ use eframe::egui::{self, Color32, CornerRadius, FontId, Margin, TextStyle, vec2}
 /// Width of the panel with the controls, points.
 pub const PANEL_WIDTH: f32 = 340.0;
 
+/// Space between the rows of that panel, points: one screen of 720 points has what is always used.
+pub const PANEL_SPACING: f32 = 3.0;
+
 /// Space left and right of what stands in a pane's head and foot, points.
 pub const PANE_MARGIN: f32 = 6.0;
 

@@ -14,18 +14,27 @@ pub fn group<R>(ui: &mut Ui, title: &str, open: bool, add: impl FnOnce(&mut Ui) 
     revealed(ui, title, open, false, add);
 }
 
+/// The same with what it is about, told where its title is pointed at.
+pub fn group_about<R>(ui: &mut Ui, title: &str, help: &str, open: bool, add: impl FnOnce(&mut Ui) -> R) {
+    shown(ui, title, open, false, add).on_hover_text(help);
+}
+
 /// The same; `reveal`: it is unfolded now, and brought into sight.
 pub fn revealed<R>(ui: &mut Ui, title: &str, open: bool, reveal: bool, add: impl FnOnce(&mut Ui) -> R) {
+    shown(ui, title, open, reveal, add);
+}
+
+fn shown<R>(ui: &mut Ui, title: &str, open: bool, reveal: bool, add: impl FnOnce(&mut Ui) -> R) -> Response {
     let id = title.split(':').next().unwrap_or(title).to_owned();
     let header = CollapsingHeader::new(RichText::new(title).strong()).id_salt(id).default_open(open);
     let shown = header.open(reveal.then_some(true)).show_unindented(ui, |ui| {
-        ui.add_space(2.0);
         add(ui);
-        ui.add_space(6.0);
+        ui.add_space(4.0);
     });
     if reveal {
         shown.header_response.scroll_to_me(Some(Align::TOP));
     }
+    shown.header_response
 }
 
 /// A name, then whatever `add` adds, labelled by it.

@@ -9,8 +9,8 @@ use eframe::egui::{Button, DragValue, Grid, RichText, ScrollArea, Ui};
 /// Height of the table, points; longer ones scroll.
 const HEIGHT: f32 = 300.0;
 
-/// Width of the list of methods, points.
-const METHOD_WIDTH: f32 = 170.0;
+/// Width of the list of methods, points: the longest name has room.
+const METHOD_WIDTH: f32 = 215.0;
 
 /// What is known of a row.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,6 +1,7 @@
 //! The eye and the display before it, and what follows from them.
 
 use super::fields::{Field, distance_text, named_row};
+use crate::window::model::EyeSettings;
 use crate::window::model::numbers::significant;
 use crate::window::ui::widgets::choice;
 use defocus::eye::{
@@ -10,24 +11,9 @@ use defocus::lens::{Lens, MM_PER_M};
 use defocus::viewing::{PEAK_CD_M2, PX_PER_DEGREE, Screen, Viewing};
 use eframe::egui::{RichText, Ui};
 
-/// What the panel changes.
-pub struct EyeSettings<'a> {
-    /// The lens, whose eye it is.
-    pub lens: &'a mut Lens,
-    /// Light and age that E follows, if it does.
-    pub pupil: &'a mut Option<Pupil>,
-    /// Age, years, that limits the accommodation, if it does.
-    pub age_years: &'a mut Option<f64>,
-    /// The display's light.
-    pub screen: &'a mut Screen,
-    /// Pixels per degree at which differences are judged, where not the lens's.
-    pub ppd: &'a mut Option<f64>,
-}
-
-/// Shows the panel; true if the lens was changed.
-pub fn eye_panel(ui: &mut Ui, settings: EyeSettings<'_>) -> bool {
+/// Shows the panel, which changes the settings.
+pub fn eye_panel(ui: &mut Ui, settings: &mut EyeSettings) {
     let EyeSettings { lens, pupil, age_years, screen, ppd } = settings;
-    let before = lens.clone();
     named_eye(ui, lens, age_years);
     pupil_rows(ui, lens, pupil, age_years, screen);
     refraction_rows(ui, &mut lens.eye, age_years);
@@ -36,7 +22,6 @@ pub fn eye_panel(ui: &mut Ui, settings: EyeSettings<'_>) -> bool {
     display_rows(ui, lens, screen, ppd);
     ui.separator();
     consequences(ui, lens, screen, *ppd);
-    *lens != before
 }
 
 /// Eyes by name.

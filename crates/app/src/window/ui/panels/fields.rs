@@ -25,7 +25,7 @@ pub struct Field<'a> {
 }
 
 /// Width of the number beside a slider, points.
-const NUMBER_WIDTH: f32 = 90.0;
+pub(super) const NUMBER_WIDTH: f32 = 90.0;
 
 /// How much finer a slider moves while shift is held.
 const FINE: f64 = 0.1;

@@ -4,7 +4,7 @@ use super::fields::Field;
 use crate::window::model::{FocusMode, FocusSettings};
 use crate::window::ui::widgets::choice;
 use defocus::focus::{ACCOMMODATION_SECONDS, Accommodation};
-use eframe::egui::{RichText, Ui};
+use eframe::egui::Ui;
 use glam::DVec3;
 
 /// Where a following focus is and whether it still moves.
@@ -41,15 +41,14 @@ pub fn focus_panel(ui: &mut Ui, settings: &mut FocusSettings, anchored: bool) ->
     let before = *settings;
     let names = FocusMode::ALL.map(|(_, name, _)| name);
     let mut chosen = FocusMode::ALL.iter().position(|(mode, ..)| *mode == settings.mode).unwrap_or(0);
-    let help = "What decides where the lens is focused.";
-    choice(ui, "Focus on", help, &mut chosen, &names);
-    let (mode, _, help) = FocusMode::ALL[chosen.min(FocusMode::ALL.len() - 1)];
-    settings.mode = mode;
-    let help = match mode {
-        FocusMode::Object if anchored => "This object stays sharp while the camera moves. Click another one.",
-        _ => help,
+    let help = match FocusMode::ALL[chosen] {
+        (FocusMode::Object, ..) if anchored => "This object stays sharp while the camera moves. Click another one.",
+        (.., help) => help,
     };
-    ui.label(RichText::new(help).small().weak());
+    let help = format!("What decides where the lens is focused. {help}");
+    choice(ui, "Focus on", &help, &mut chosen, &names);
+    let (mode, ..) = FocusMode::ALL[chosen.min(FocusMode::ALL.len() - 1)];
+    settings.mode = mode;
     if mode != FocusMode::Point {
         let mut side_px = f64::from(2 * settings.area_radius_px + 1);
         let field = Field {

@@ -3,9 +3,9 @@
 
 use super::fields::{Field, distance_text, named_row};
 use super::plot::{PlotReadings, coc_plot};
-use super::presets::{PresetChoice, PresetList, same_but_focus};
-use crate::window::model::DistanceUnit;
+use super::presets::{PresetChoice, PresetList};
 use crate::window::model::numbers::{OtherUnit, significant};
+use crate::window::model::{DistanceUnit, same_but_focus};
 use crate::window::ui::widgets::group;
 use defocus::focus::dioptres;
 use defocus::lens::Lens;
@@ -83,6 +83,19 @@ impl LensPanel {
         own: &mut Vec<LensPreset>,
         readings: LensReadings<'_>,
     ) -> LensChanges {
+        self.show_around(ui, lens, automatic, own, readings, &mut |_| {})
+    }
+
+    /// The same with what `below_focus` adds below the focus distance.
+    pub fn show_around(
+        &mut self,
+        ui: &mut Ui,
+        lens: &mut Lens,
+        automatic: bool,
+        own: &mut Vec<LensPreset>,
+        readings: LensReadings<'_>,
+        below_focus: &mut dyn FnMut(&mut Ui),
+    ) -> LensChanges {
         let mut changes = LensChanges::default();
         match self.presets.show(ui, lens, automatic, own) {
             Some(PresetChoice::Automatic) => changes.suit_scene = true,
@@ -99,6 +112,7 @@ impl LensPanel {
             _ => lens.clone(),
         };
         changes.focus |= self.focus(ui, lens, &base);
+        below_focus(ui);
         let plot = PlotReadings { depths_m: readings.depths_m, acceptable_px: readings.acceptable_px };
         if let Some(asked_m) = coc_plot(ui, lens, plot) {
             lens.focus_distance_m = asked_m;
@@ -109,6 +123,7 @@ impl LensPanel {
         changes.lens |= aperture(ui, lens, &base);
         changes.camera_fov_x = true_view(ui, lens, readings, &mut changes.lens);
         group(ui, OPTICS, !self.optics_folded, |ui| {
+            self.unit_row(ui);
             changes.lens |= optics(ui, lens, &base);
             ui.separator();
             changes.lens |= self.display(ui, lens, &base, readings.size_px.x.max(1));
@@ -117,7 +132,7 @@ impl LensPanel {
         changes
     }
 
-    fn focus(&mut self, ui: &mut Ui, lens: &mut Lens, base: &Lens) -> bool {
+    fn unit_row(&mut self, ui: &mut Ui) {
         named_row(ui, "Distance in", |ui| {
             ui.horizontal(|ui| {
                 for (unit, symbol) in DistanceUnit::ALL {
@@ -126,6 +141,9 @@ impl LensPanel {
             })
             .response
         });
+    }
+
+    fn focus(&mut self, ui: &mut Ui, lens: &mut Lens, base: &Lens) -> bool {
         let unit = self.unit;
         let nearest_m = 0.05;
         let (range, log) = match unit {
@@ -258,10 +276,9 @@ fn optics(ui: &mut Ui, lens: &mut Lens, base: &Lens) -> bool {
     changed | field("Image at dr", help, " mm", 1.0..=300.0, Some(1.0), reset).show(ui, &mut lens.image_distance_mm)
 }
 
-/// The papers' control variable: sets E.
+/// The papers' control variable: sets E. The row has its place also before the depths are known.
 fn mean_coc(ui: &mut Ui, lens: &mut Lens, depths_m: Option<&[f32]>) -> bool {
-    let Some(depths) = depths_m else { return false };
-    let Some(statistics) = lens.coc_statistics(depths.iter().copied()) else { return false };
+    let statistics = depths_m.and_then(|depths| lens.coc_statistics(depths.iter().copied()));
     let field = Field {
         name: "Mean blur",
         help: "Mean diameter of the circle of confusion over the picture, the papers' control variable: sets E.",
@@ -270,20 +287,23 @@ fn mean_coc(ui: &mut Ui, lens: &mut Lens, depths_m: Option<&[f32]>) -> bool {
         log: None,
         reset: None,
     };
-    let mut mean_px = statistics.mean_px;
-    if !field.show(ui, &mut mean_px) {
-        return false;
+    let mut mean_px = statistics.map_or(0.0, |coc| coc.mean_px);
+    let changed = ui.add_enabled_ui(statistics.is_some(), |ui| field.show(ui, &mut mean_px)).inner;
+    let scaled =
+        depths_m.filter(|_| changed).and_then(|depths| lens.with_mean_coc(mean_px.max(0.0), depths.iter().copied()));
+    let is_scaled = scaled.is_some();
+    if let Some(scaled) = scaled {
+        *lens = scaled;
     }
-    match lens.with_mean_coc(mean_px.max(0.0), depths.iter().copied()) {
-        Some(scaled) => *lens = scaled,
-        None => return false,
-    }
-    true
+    is_scaled
 }
 
-/// Where the depth of field begins and ends, and the hyperfocal distance.
+/// Where the depth of field begins and ends, and the hyperfocal distance; a lens that forms no
+/// image has neither, and says so in the same place.
 fn limits(ui: &mut Ui, lens: &Lens, acceptable_px: f64) {
-    if lens.check().is_err() {
+    if let Err(error) = lens.check() {
+        let text = RichText::new("no image forms").small().color(ui.visuals().warn_fg_color);
+        ui.label(text).on_hover_text(error.to_string());
         return;
     }
     let (near_m, far_m) = lens.depth_of_field_m(acceptable_px);

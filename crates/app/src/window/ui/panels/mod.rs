@@ -3,6 +3,7 @@
 //! They know the library and egui, not the rest of the window: a test drives each alone,
 //! without a GPU.
 
+mod animation;
 mod aperture;
 mod batch;
 mod eye;
@@ -20,9 +21,10 @@ mod story;
 mod strip;
 mod vr;
 
+pub use animation::{AnimationAction, AnimationView, animation_bar};
 pub use aperture::{ApertureChange, aperture_panel};
 pub use batch::{BatchAction, BatchCells, BatchView, batch_panel};
-pub use eye::{EyeSettings, eye_panel};
+pub use eye::eye_panel;
 pub(in crate::window) use fields::fit_slider;
 pub use fields::{Field, distance_text};
 pub use focus::{Focusing, Follow, focus_panel};
@@ -32,7 +34,7 @@ pub use lens::{LensChanges, LensPanel, LensReadings, OPTICS};
 pub use lesson::{LessonAction, LessonView, lesson_card};
 pub use paper::{PaperAction, PaperView, paper_form};
 pub use plot::{PlotReadings, coc_plot};
-pub use presets::{PresetList, preset_label, same_but_focus};
+pub use presets::{PresetList, preset_label};
 pub use scale::{ScaleAction, ScaleView, scale_offer};
 pub use story::story_panel;
 pub use strip::{StripAction, StripView, strip};

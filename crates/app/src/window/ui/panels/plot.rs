@@ -11,7 +11,7 @@ use eframe::egui::{
 };
 
 /// Height of the plot with its axis, points.
-const HEIGHT: f32 = 168.0;
+const HEIGHT: f32 = 126.0;
 
 /// Height of the axis below it, points.
 const AXIS_HEIGHT: f32 = 18.0;

@@ -1,5 +1,6 @@
 //! The list of lenses, those of the program and one's own.
 
+use crate::window::model::same_but_focus;
 use crate::window::ui::widgets::{combo, row};
 use defocus::lens::Lens;
 use defocus::presets::{LensPreset, presets};
@@ -118,15 +119,4 @@ pub fn preset_label(preset: &LensPreset) -> String {
 fn with_focus(preset: Lens, present: &Lens) -> Lens {
     let focused = Lens { focus_distance_m: present.focus_distance_m, ..preset.clone() };
     if focused.check().is_ok() { focused } else { preset }
-}
-
-/// Whether two lenses differ at most in focus, to the digits that fields show.
-pub fn same_but_focus(a: &Lens, b: &Lens) -> bool {
-    let close = |x: f64, y: f64| (x - y).abs() <= 1e-6 * x.abs().max(y.abs());
-    close(a.aperture_diameter_mm, b.aperture_diameter_mm)
-        && close(a.focal_length_mm, b.focal_length_mm)
-        && close(a.image_distance_mm, b.image_distance_mm)
-        && close(a.screen_distance_mm, b.screen_distance_mm)
-        && close(a.density_px_per_mm, b.density_px_per_mm)
-        && a.aperture == b.aperture
 }

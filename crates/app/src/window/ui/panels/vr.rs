@@ -1,8 +1,9 @@
 //! Two eyes, and what a head-mounted display asks for.
 
 use super::fields::{Field, distance_text};
-use super::presets::{preset_label, same_but_focus};
+use super::presets::preset_label;
 use crate::window::model::numbers::significant;
+use crate::window::model::same_but_focus;
 use crate::window::ui::widgets::choice;
 use defocus::lens::Lens;
 use defocus::presets::{Headset, LensPreset, presets};

@@ -1,45 +1,24 @@
 //! Asking for a file: a field for its name, which works on every machine, with the
 //! system's own dialog behind a button.
 
-use super::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
-use super::enlarged::{ENLARGEMENTS, PRINT_PX_PER_CM};
-use super::model::PictureKind;
-use super::model::state;
-use super::model::{Document, PaneId};
-use super::ui::panels::Field;
-use super::ui::widgets::{self, choice};
-use defocus::scene::rgbd::{DepthEncoding, DepthKind};
+mod depth;
+mod preview;
+
+use crate::window::browsing::{Browsed, Browsing, NO_DIALOG, WAITING};
+use crate::window::enlarged::{ENLARGEMENTS, PRINT_PX_PER_CM};
+use crate::window::model::PictureKind;
+use crate::window::model::state;
+use crate::window::model::{Document, Numbers, PaneId};
+use crate::window::ui::widgets::{self, choice};
 use defocus_study::DepthArgs;
+use depth::{DepthForm, ImageKind};
 use eframe::egui::{self, Context, Id, Key, Modal, RichText, TextEdit, Ui};
 use glam::UVec2;
+use preview::Preview;
 use std::path::{Path, PathBuf};
 
-/// Images that bring no depth of their own.
-const WITHOUT_DEPTH: [&str; 9] = ["png", "jpg", "jpeg", "webp", "bmp", "tif", "tiff", "hdr", "pfm"];
-
-/// Numbers that can be saved for other programs.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Numbers {
-    /// Figures of all panes, a line each.
-    FiguresCsv,
-    /// The same with the whole state.
-    FiguresJson,
-    /// The curve of CoC against depth.
-    Coc,
-    /// What a batch has measured.
-    Batch,
-}
-
-impl Numbers {
-    fn about(self) -> (&'static str, &'static str, &'static str) {
-        match self {
-            Self::FiguresCsv => ("Save all figures as CSV", "figures", "csv"),
-            Self::FiguresJson => ("Save all figures as JSON, with the state", "figures", "json"),
-            Self::Coc => ("Save CoC against depth as CSV", "coc", "csv"),
-            Self::Batch => ("Save the batch as CSV", "batch", "csv"),
-        }
-    }
-}
+/// Height of the dialog around what it asks about an image, points.
+const AROUND_IMAGE_ROWS: f32 = 190.0;
 
 /// What a file is asked for.
 #[derive(Clone, Debug, PartialEq)]
@@ -113,8 +92,10 @@ enum Asked {
 struct Asking {
     purpose: Purpose,
     file: String,
-    depth_file: String,
-    encoding: DepthEncoding,
+    depth: DepthForm,
+    preview: Preview,
+    /// What was wrong with it when it was opened before.
+    problem: Option<String>,
     /// Size of the picture that is to be saved, px, where it can be drawn larger.
     size: Option<UVec2>,
     /// Place among what is offered.
@@ -189,19 +170,22 @@ impl Dialogs {
         self.ask(ctx, Purpose::Aperture, String::new());
     }
 
-    /// Asks for the depth of an image that has none.
-    pub fn open_with_depth(&mut self, ctx: &Context, image: &Path) {
+    /// Asks for what an image lacks to be opened: its depth, or which of its layers are meant.
+    pub fn complete(&mut self, ctx: &Context, image: &Path, problem: Option<String>) {
         self.ask(ctx, Purpose::Open, image.to_string_lossy().into_owned());
+        if let Some(asking) = &mut self.asking {
+            asking.problem = problem;
+        }
     }
 
     fn ask(&mut self, ctx: &Context, purpose: Purpose, name: String) {
         let file = if name.is_empty() { name } else { self.folder.join(name).to_string_lossy().into_owned() };
-        let encoding = DepthEncoding::METRES;
         self.asking = Some(Asking {
             purpose,
             file,
-            depth_file: String::new(),
-            encoding,
+            depth: DepthForm::default(),
+            preview: Preview::default(),
+            problem: None,
             size: None,
             enlargement: 0,
             browsing: None,
@@ -241,11 +225,10 @@ impl Asking {
     fn ui(&mut self, ui: &mut Ui) -> Option<bool> {
         let entered = self.file_row(ui, Asked::File);
         let missing = self.missing();
-        if self.needs_depth() {
-            self.file_row(ui, Asked::Depth);
-            self.encoding_rows(ui);
-            self.unmeasured_rows(ui);
-        }
+        // Where the window is low, this scrolls and the buttons stay in sight.
+        let room = (ui.ctx().content_rect().height() - AROUND_IMAGE_ROWS).max(60.0);
+        let rows = egui::ScrollArea::vertical().max_height(room).auto_shrink([false, true]);
+        rows.show(ui, |ui| self.image_rows(ui));
         if let Some(size) = self.size {
             enlargement_row(ui, size, &mut self.enlargement);
         }
@@ -270,10 +253,36 @@ impl Asking {
         if entered && missing.is_none() { Some(true) } else { done }
     }
 
+    /// What is asked about an image: layers, depth, and what its numbers mean.
+    fn image_rows(&mut self, ui: &mut Ui) {
+        let kind = self.image_kind();
+        if kind == ImageKind::Other {
+            return;
+        }
+        if kind == ImageKind::Exr {
+            self.depth.layer_rows(ui, self.file.trim());
+        }
+        self.file_row(ui, Asked::Depth);
+        self.depth.consider();
+        self.depth.encoding_rows(ui);
+        if let Some(problem) = &self.problem {
+            ui.label(RichText::new(problem).small().color(ui.visuals().warn_fg_color));
+        }
+        let is_named = kind != ImageKind::Plain || !self.depth.file.trim().is_empty();
+        let is_known = is_named && Path::new(self.file.trim()).is_file() && self.depth.problem().is_none();
+        let args = self.depth.args();
+        self.preview.show(ui, is_known.then(|| (self.file.trim(), &args)));
+    }
+
+    /// What kind of image is to be opened.
+    fn image_kind(&self) -> ImageKind {
+        if self.purpose == Purpose::Open { ImageKind::of(self.file.trim()) } else { ImageKind::Other }
+    }
+
     fn file_row(&mut self, ui: &mut Ui, field: Asked) -> bool {
         let (name, text) = match field {
             Asked::File => ("File", &mut self.file),
-            Asked::Depth => ("Depth file", &mut self.depth_file),
+            Asked::Depth => ("Depth file", &mut self.depth.file),
         };
         let fresh = field == Asked::File && std::mem::take(&mut self.fresh);
         let mut browse = false;
@@ -292,80 +301,18 @@ impl Asking {
         edit.lost_focus() && ui.input(|i| i.key_pressed(Key::Enter))
     }
 
-    fn encoding_rows(&mut self, ui: &mut Ui) {
-        let kind = &mut self.encoding.kind;
-        let mut chosen = match kind {
-            DepthKind::Metres { .. } => 0,
-            DepthKind::Inverse { .. } => 1,
-            DepthKind::Device { .. } => 2,
-            DepthKind::Distance { .. } => 3,
-            DepthKind::Relative { .. } => 4,
-            DepthKind::Dioptres { .. } => 5,
-            DepthKind::Disparity { .. } => 6,
-        };
-        let help = "Metres along the optical axis; inverse depth, greater is nearer; a depth buffer, 0 is near; \
-                    metres along each ray; inverse depth of a network, whose ends are asked for; inverse metres; \
-                    or pixels between two cameras.";
-        let kinds = ["metres", "inverse", "device", "distance", "relative", "dioptres", "disparity"];
-        if choice(ui, "Numbers are", help, &mut chosen, &kinds) {
-            let (near_m, far_m) = (0.5, 20.0);
-            *kind = match chosen {
-                0 => DepthKind::Metres { per_unit: 1.0 },
-                1 => DepthKind::Inverse { near_m, far_m },
-                2 => DepthKind::Device { near_m, far_m },
-                3 => DepthKind::Distance { per_unit: 1.0 },
-                4 => DepthKind::Relative { near_m, far_m },
-                5 => DepthKind::Dioptres { per_unit: 1.0 },
-                _ => DepthKind::Disparity { focal_px: 1000.0, baseline_m: 0.1, offset_px: 0.0, per_unit: 1.0 },
-            };
-        }
-        let row = |name, help, unit, log| Field { name, help, unit, range: log..=1000.0, log: Some(log), reset: None };
-        match kind {
-            DepthKind::Metres { per_unit } | DepthKind::Distance { per_unit } => {
-                row("Metres a unit", "0.001 for millimetres.", " m", 1e-4).show(ui, per_unit);
-            }
-            DepthKind::Dioptres { per_unit } => {
-                row("Dioptres a unit", "1 for inverse metres.", " /m", 1e-4).show(ui, per_unit);
-            }
-            DepthKind::Disparity { focal_px, baseline_m, per_unit, .. } => {
-                row("Pixels a unit", "1/256 for KITTI.", " px", 1e-4).show(ui, per_unit);
-                row("Focal length", "In pixels of the disparity map.", " px", 1e-2).show(ui, focal_px);
-                row("Baseline", "Distance of the two cameras.", " m", 1e-4).show(ui, baseline_m);
-            }
-            DepthKind::Inverse { near_m, far_m }
-            | DepthKind::Device { near_m, far_m }
-            | DepthKind::Relative { near_m, far_m } => {
-                row("Nearest", "Depth of the nearest number.", " m", 0.01).show(ui, near_m);
-                row("Farthest", "Depth of the farthest number; may be infinite.", " m", 0.01).show(ui, far_m);
-            }
-        }
-    }
-
-    /// The numbers that stand for no depth.
-    fn unmeasured_rows(&mut self, ui: &mut Ui) {
-        let help = "The number, as it stands in the file, that means “not measured”, such as 0.";
-        unmeasured_row(ui, "Unknown is", help, &mut self.encoding.unknown);
-        let help = "The number, as it stands in the file, that means “infinitely far”.";
-        unmeasured_row(ui, "Infinity is", help, &mut self.encoding.infinity);
-    }
-
-    fn needs_depth(&self) -> bool {
-        let extension = Path::new(&self.file).extension().map(|e| e.to_string_lossy().to_lowercase());
-        self.purpose == Purpose::Open && extension.is_some_and(|e| WITHOUT_DEPTH.contains(&e.as_str()))
-    }
-
     /// What is still missing, in words.
     fn missing(&self) -> Option<String> {
         if self.file.trim().is_empty() {
             return Some("Type the name of a file, or browse for one.".into());
         }
-        if self.needs_depth() && self.depth_file.trim().is_empty() {
-            return Some("This image has no depth of its own: name a file that has.".into());
+        match self.image_kind() {
+            ImageKind::Other => None,
+            ImageKind::Plain if self.depth.file.trim().is_empty() => {
+                Some("This image has no depth of its own: name a file that has.".into())
+            }
+            _ => self.depth.problem(),
         }
-        if self.needs_depth() {
-            return self.encoding.check().err().map(|e| e.to_string());
-        }
-        None
     }
 
     fn note(&self) -> String {
@@ -381,10 +328,9 @@ impl Asking {
         if !self.purpose.reads() && file.extension().is_none() {
             file.set_extension(self.purpose.extensions()[0]);
         }
-        let depth_file = PathBuf::from(self.depth_file.trim());
-        let depth = match self.needs_depth() {
-            true => DepthArgs { file: Some(depth_file), encoding: self.encoding, ..DepthArgs::default() },
-            false => DepthArgs::default(),
+        let depth = match self.image_kind() {
+            ImageKind::Other => DepthArgs::default(),
+            _ => self.depth.args(),
         };
         let times = ENLARGEMENTS.get(self.enlargement).copied().unwrap_or(1);
         Answer { purpose: self.purpose.clone(), file, depth, times }
@@ -412,24 +358,11 @@ impl Asking {
             let text = file.to_string_lossy().into_owned();
             match field {
                 Asked::File => self.file = text,
-                Asked::Depth => self.depth_file = text,
+                Asked::Depth => self.depth.file = text,
             }
         }
         self.browsing = None;
     }
-}
-
-/// A switch with the number that it stands for.
-fn unmeasured_row(ui: &mut Ui, name: &str, help: &str, value: &mut Option<f32>) {
-    widgets::row(ui, name, help, |ui| {
-        let mut is_on = value.is_some();
-        let switch = ui.checkbox(&mut is_on, "");
-        let mut number = value.unwrap_or(0.0);
-        let drag = ui.add_enabled(is_on, egui::DragValue::new(&mut number).speed(0.1));
-        drag.accessible_name(format!("{name}, as a number"));
-        *value = is_on.then_some(number);
-        switch
-    });
 }
 
 /// How much larger a picture is drawn than it is in the window.

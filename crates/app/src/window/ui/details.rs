@@ -1,8 +1,8 @@
 //! The second row of a pane's head: which difference, which texture, how opaque.
 
-use super::engine::channel_of;
-use super::model::{Channel, Difference, DifferenceKind, Inside, PaneId};
-use super::ui::widgets::combo;
+use crate::window::engine::channel_of;
+use crate::window::model::{Channel, Difference, DifferenceKind, Inside, PaneId};
+use crate::window::ui::widgets::combo;
 use defocus::methods::Meaning;
 use eframe::egui::{DragValue, Ui};
 
