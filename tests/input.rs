@@ -94,7 +94,9 @@ fn every_method_blurs_what_it_is_given() {
             view.set_input(gpu(), Input::Clamped { white: 1.0 });
             let of_clamped = render(&*method, &mut view, &lens, Precision::Half);
             let greatest = |image: &ColorImage| image.pixels.iter().map(|c| c.max_element()).fold(0.0, f32::max);
-            assert!(greatest(&of_clamped) < 1.01, "{id}: {}", greatest(&of_clamped));
+            // Sums of spread light may be a little brighter where surfaces meet.
+            let most = if method.about().averages { 1.01 } else { 1.1 };
+            assert!(greatest(&of_clamped) < most, "{id}: {}", greatest(&of_clamped));
             assert!(greatest(&of_all) > 1.2, "{id}: {} of a lamp of 40", greatest(&of_all));
         }
     }

@@ -43,9 +43,9 @@ fn stagger(line: f32) -> f32 {
 fn sample_at(position: vec2f) -> vec2i {
     let at = texels_of(adaptive.samples_a_side, position);
     // The row decides where columns lie, and the column where rows do: begun with a mean row.
-    let row = floor(at.y - f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)));
-    let column = floor(at.x - stagger(row));
-    return clamp_to_image(vec2i(vec2f(column, floor(at.y - stagger(column)))), textureDimensions(sample_depths));
+    let mean_row = floor(at.y - f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)));
+    let row = floor(at.y - stagger(floor(at.x - stagger(mean_row))));
+    return clamp_to_image(vec2i(vec2f(floor(at.x - stagger(row)), row)), textureDimensions(sample_depths));
 }
 
 fn sample_s(texel: vec2i) -> f32 {
@@ -413,8 +413,11 @@ fn interpolated(position: vec2f, limited: bool) -> vec3f {
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {
         let texel = sample_corner(around, i);
-        let color = textureLoad(sample_colors, texel, 0).rgb;
-        sum += sample_weight(around, i) * without_lights(color, sample_s(texel), limited);
+        var color = textureLoad(sample_colors, texel, 0).rgb;
+        if limited {
+            color = without_lights(color, sample_s(texel), true);
+        }
+        sum += sample_weight(around, i) * color;
     }
     return sum;
 }

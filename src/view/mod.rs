@@ -9,6 +9,7 @@ mod eyes;
 mod fine;
 mod hidden;
 mod import;
+mod input;
 mod layers;
 mod lens_views;
 mod peel;

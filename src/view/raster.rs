@@ -1,11 +1,11 @@
 //! Drawing layers of a scene.
 
-use super::Tone;
 use super::eyes::Eyes;
 use super::layers::{Layer, LayerQuery, Shading, SurfaceLayer};
 use super::pipelines::{
     COLOR, DEPTH_BUFFER, Drawn, EnvironmentUniform, LayerKind, LightElement, STORED_DEPTH, Variant, ViewUniform,
 };
+use super::tone::Tone;
 use super::upload::{DrawItem, GpuScene};
 use crate::camera::{Camera, Projection};
 use crate::gpu::{Buffer, Frame, Resource, Texture};

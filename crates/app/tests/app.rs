@@ -4,7 +4,7 @@
 
 mod common;
 
-use common::window::{Window, choose, click, drag, point, settle, small, type_number, window};
+use common::window::{Window, choose, click, drag, point, settle, small, type_number, unfold_method, window};
 use defocus_app::window::{App, Arrangement, Document, MethodChoice, PaneId, Show};
 use eframe::egui::{self, Role, pos2, vec2};
 use egui_kittest::SnapshotOptions;
@@ -82,6 +82,7 @@ fn method_and_its_parameters_can_be_set() {
     let mut window = small(&["pinhole"]);
     choose(&mut window, "Method of pane 1", "Anisotropic mipmaps");
     assert_eq!(method(&window), &MethodChoice::new("mipmap"));
+    unfold_method(&mut window);
     // The panel scrolls: the switch may lie below the window's edge.
     window.get_by_role_and_label(Role::CheckBox, "Anisotropic weights").click_accesskit();
     settle(&mut window);

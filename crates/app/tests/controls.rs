@@ -13,7 +13,7 @@ mod common;
 #[path = "../../../tests/tiny_files/mod.rs"]
 mod tiny_files;
 
-use common::window::{Tiny, Window, choose, name_file, press, settle, tiny_with, type_number};
+use common::window::{Tiny, Window, choose, name_file, press, settle, tiny_with, type_number, unfold_method};
 use defocus::gpu::download_rgba8;
 use defocus::methods::{self, Scale};
 use defocus::stereo::Layout;
@@ -81,6 +81,7 @@ fn set_all(window: &mut Window, seen: &mut BTreeSet<String>) {
 fn every_slider_is_set_by_its_name() {
     let Tiny { mut window, folder: _folder } = tiny(&["mipmap"]);
     open_groups(&mut window);
+    unfold_method(&mut window);
     choose(&mut window, "Aperture shape", "Polygon");
     window.get_by_role_and_label(Role::CheckBox, "Stereo").click_accesskit();
     choose(&mut window, "Shown in pane 1", "Circle of confusion");

@@ -6,7 +6,7 @@ use defocus_app::window::{
 use eframe::egui::{self, Modifiers, PointerButton, Pos2, Role, vec2};
 use eframe::egui_wgpu::RendererOptions;
 use egui_kittest::Harness;
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{By, Queryable};
 use egui_kittest::wgpu::{WgpuTestRenderer, create_render_state};
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
@@ -190,6 +190,16 @@ pub fn drag_with(window: &mut Window, from: Pos2, to: Pos2, modifiers: Modifiers
     button(window, to, false, modifiers);
     window.step();
     window.event(egui::Event::ModifiersChanged(Modifiers::NONE));
+    settle(window);
+}
+
+/// Unfolds the parameters of the method that have no room in the panel.
+pub fn unfold_method(window: &mut Window) {
+    let of_method =
+        || By::new().predicate(|node| node.label().is_some_and(|label| label.starts_with("More of the method")));
+    window.get(of_method()).scroll_to_me();
+    window.run_steps(3);
+    window.get(of_method()).click();
     settle(window);
 }
 

@@ -149,11 +149,11 @@ fn guess(file: &Path) -> Option<(DepthEncoding, String)> {
     let unknown = numbers.clone().any(|v| v == 0.0).then_some(0.0);
     let encoding = |kind| DepthEncoding { kind, ..DepthEncoding::METRES };
     Some(match scalars.full_scale {
-        full if full == 65535.0 && greatest > 0.0 => (
+        65535.0 if greatest > 0.0 => (
             DepthEncoding { unknown, ..encoding(DepthKind::Metres { per_unit: 0.001 }) },
             format!("16-bit numbers up to {greatest}: taken for millimetres, as depth cameras write them."),
         ),
-        full if full == 255.0 => (
+        255.0 => (
             encoding(DepthKind::Relative { near_m, far_m }),
             "8-bit numbers: taken for relative inverse depth, as depth networks draw it. Set its ends.".into(),
         ),

@@ -3,16 +3,18 @@
 //! Frame rates of 2006 to 2011 mean nothing on another adapter, so what is compared is what
 //! a table says about the methods among themselves.
 
+mod comparison;
 mod grapp;
 mod pg;
 mod quality;
 mod siga;
 mod tvcg;
 
+pub use comparison::{Claim, Comparison};
+
 use super::plan::{Blur, Plan, Variant};
 use super::results::{BenchResults, CellResult};
 use defocus::view::Input;
-use serde::Serialize;
 
 /// A table or figure of one of the papers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -50,36 +52,6 @@ pub const ALL: [(&str, PaperTable); 6 + quality::FIGURES.len()] = {
     }
     all
 };
-
-/// A table beside its measurement.
-#[derive(Clone, Debug, Serialize)]
-pub struct Comparison {
-    /// Which table, of which paper, and what it is about.
-    pub title: String,
-    /// What was measured, on what, and what stands in for the paper's scenes.
-    pub setting: String,
-    /// Column heads; the first is of the rows' names.
-    pub columns: Vec<String>,
-    /// Rows.
-    pub rows: Vec<Vec<String>>,
-    /// What the paper says, and what is measured of it.
-    pub claims: Vec<Claim>,
-    /// Why the two differ, and how to read the numbers.
-    pub notes: Vec<String>,
-}
-
-/// Something that a paper says.
-#[derive(Clone, Debug, Serialize)]
-pub struct Claim {
-    /// What it says.
-    pub paper: String,
-    /// What was measured.
-    pub measured: String,
-    /// Whether that agrees; `None` where it could not be measured.
-    pub holds: Option<bool>,
-    /// Why not, if it does not.
-    pub reason: String,
-}
 
 impl std::str::FromStr for PaperTable {
     type Err = String;
