@@ -39,13 +39,26 @@ fn stagger(line: f32) -> f32 {
     return f32(adaptive.staggered) * stagger_of(line, f32(adaptive.samples_a_side));
 }
 
-/// The sample at a position, px.
+/// The sample of a row that is nearest along it to a place among the samples, and how far away it lies.
+fn sample_in_row(at: vec2f, row: f32) -> vec2f {
+    let column = floor(at.x - stagger(row));
+    let place = vec2f(column + stagger(row), row + stagger(column)) + 0.5;
+    return vec2f(column, distance(place, at));
+}
+
+/// The sample at a position, px: the nearer one of two rows, as samples lie up to one lower than their
+/// row of a regular grid.
 fn sample_at(position: vec2f) -> vec2i {
     let at = texels_of(adaptive.samples_a_side, position);
-    // The row decides where columns lie, and the column where rows do: begun with a mean row.
-    let mean_row = floor(at.y - f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)));
-    let row = floor(at.y - stagger(floor(at.x - stagger(mean_row))));
-    return clamp_to_image(vec2i(vec2f(floor(at.x - stagger(row)), row)), textureDimensions(sample_depths));
+    let row = floor(at.y);
+    var found = sample_in_row(at, row);
+    var found_row = row;
+    if adaptive.staggered != 0u {
+        let above = sample_in_row(at, row - 1.0);
+        found_row = select(row, row - 1.0, above.y < found.y);
+        found = select(found, above, above.y < found.y);
+    }
+    return clamp_to_image(vec2i(vec2f(found.x, found_row)), textureDimensions(sample_depths));
 }
 
 fn sample_s(texel: vec2i) -> f32 {

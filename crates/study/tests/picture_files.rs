@@ -390,7 +390,7 @@ fn pixels_that_the_bytes_cannot_stand_for_are_refused() {
     assert!(bytes < 5_000_000, "{bytes} bytes");
     let message = image_io::read_scalars(&path, None).expect_err("too large").to_string();
     assert!(message.contains("10000 x 9000") && message.contains("can stand for"), "{message}");
-    let message = image_io::read_color(&path).expect_err("too large").to_string();
+    let message = read_color(&path).expect_err("too large").to_string();
     assert!(message.contains("can stand for"), "{message}");
 }
 
