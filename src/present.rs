@@ -204,7 +204,7 @@ impl DifferenceOf {
 }
 
 /// How `a` differs from `b`, on a colour scale that is stretched by `gain`, above 0: its end
-/// is reached at [`DifferenceOf::full_scale`] over that. Panics if the sizes differ.
+/// is reached at `DifferenceOf::full_scale` over that. Panics if the sizes differ.
 pub fn difference(
     frame: &mut Frame<'_>,
     a: &Texture,

@@ -219,7 +219,7 @@ impl Gpu {
     }
 
     /// A pooled texture with mipmap levels or array layers, content undefined. Beyond the
-    /// adapter's greatest side it is cut, and [`Gpu::take_refused`] tells.
+    /// adapter's greatest side it is cut, and `take_refused` tells.
     pub fn texture_of(&self, label: &str, mut key: TextureKey) -> Texture {
         let limit = self.0.greatest_side;
         if key.size.max_element() > limit {
@@ -232,7 +232,7 @@ impl Gpu {
     /// A pooled storage buffer of `bytes` zeros (at least 4 bytes). The first frame that
     /// uses it clears it: where every byte is written first, [`Gpu::scratch`] costs less.
     ///
-    /// One that shaders could not bind is cut, and [`Gpu::take_refused`] tells.
+    /// One that shaders could not bind is cut, and `take_refused` tells.
     pub fn buffer(&self, label: &str, bytes: u64) -> Buffer {
         let bytes = self.bindable(label, bytes);
         self.0.pool.buffer(&self.0.device, label, bytes, STORAGE, true)

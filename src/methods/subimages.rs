@@ -92,7 +92,7 @@ pub struct Spacing {
     pub first_radius_px: f32,
     /// r_(n+1) / r_n (equation (1): 2).
     pub growth: f32,
-    /// Most sub-images, 2 to [`MOST_SUB_IMAGES`]: those with the widest blur are left out first.
+    /// Most sub-images, 2 to `MOST_SUB_IMAGES`: those with the widest blur are left out first.
     pub most: u32,
 }
 
