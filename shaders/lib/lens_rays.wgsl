@@ -46,19 +46,18 @@ fn sample_in_row(at: vec2f, row: f32) -> vec2f {
     return vec2f(column, distance(place, at));
 }
 
-/// The sample at a position, px: the nearer one of two rows, as samples lie up to one lower than their
-/// row of a regular grid.
+/// The sample at a position, px. Staggered samples lie up to one lower than their row of a regular
+/// grid: there it is the nearer one of two rows.
 fn sample_at(position: vec2f) -> vec2i {
     let at = texels_of(adaptive.samples_a_side, position);
-    let row = floor(at.y);
-    var found = sample_in_row(at, row);
-    var found_row = row;
-    if adaptive.staggered != 0u {
-        let above = sample_in_row(at, row - 1.0);
-        found_row = select(row, row - 1.0, above.y < found.y);
-        found = select(found, above, above.y < found.y);
+    if adaptive.staggered == 0u {
+        return clamp_to_image(vec2i(floor(at)), textureDimensions(sample_depths));
     }
-    return clamp_to_image(vec2i(vec2f(found.x, found_row)), textureDimensions(sample_depths));
+    let row = floor(at.y);
+    let own = sample_in_row(at, row);
+    let above = sample_in_row(at, row - 1.0);
+    let place = select(vec2f(own.x, row), vec2f(above.x, row - 1.0), above.y < own.y);
+    return clamp_to_image(vec2i(place), textureDimensions(sample_depths));
 }
 
 fn sample_s(texel: vec2i) -> f32 {
@@ -422,6 +421,12 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 
 /// The colours of the samples around a position, px, of whatever surfaces.
 fn interpolated(position: vec2f, limited: bool) -> vec3f {
+    if adaptive.staggered == 0u && !limited {
+        // A regular grid is what the hardware's filter reads.
+        let size = vec2f(textureDimensions(sample_colors));
+        let at = clamp(texels_of(adaptive.samples_a_side, position), vec2f(0.5), size - 0.5);
+        return textureSampleLevel(sample_colors, linear_clamp, at / size, 0.0).rgb;
+    }
     let around = samples_around(position);
     var sum = vec3f(0.0);
     for (var i = 0; i < 4; i++) {

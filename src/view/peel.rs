@@ -148,7 +148,7 @@ impl View {
         let PeelOrder { count, fineness, draws, separation, lights: _ } = order;
         // Means over surfaces a pixel of s apart would blur the outline of one as much as the
         // other: half of that is what reads tell apart.
-        let samples = Samples { fineness, draws, same_z: 0.5 * separation.z, lights: order.lights };
+        let sampling = Samples { fineness, draws, same_z: 0.5 * separation.z, lights: order.lights };
         let outer = self.projection.outer_size() * fineness;
         let params = PeelParams::new(outer, fineness, separation);
         let padded = outer.map(|side| side.next_multiple_of(1 << (PEELED_LEVELS - 1)));
@@ -159,8 +159,7 @@ impl View {
         let color = gpu.texture_of("layer colours", key);
         let key = TextureKey { size: outer, levels: 1, layers: count.max(2), format: float };
         let depth = gpu.texture_of("layer depths", key);
-        let Sampled { mean, depth: first_depth, samples: all_samples, staggered, lights } =
-            self.sampled(frame, &samples)?;
+        let Sampled { mean, depth: first_depth, samples, staggered, lights } = self.sampled(frame, &sampling)?;
         let mut nearer = Layer { color: mean, depth: first_depth };
         let needed = find_needed(frame, &nearer.depth, &params, count);
         for index in 0..count {
@@ -183,14 +182,13 @@ impl View {
                     self.fine_layer(frame, &format!("peel {}", index + 1), fineness, surfaces)?
                 } else {
                     // With its lights: the mean of the first layer is without them.
-                    let seen = if index == 0 { &all_samples } else { &nearer };
+                    let seen = if index == 0 { &samples } else { &nearer };
                     hidden::behind(frame, seen, &below, separation.z)
                 };
             }
         }
         reduce(frame, &color, outer);
         let samples_a_side = fineness * draws;
-        let samples = all_samples;
         let peeled =
             Peeled { color, depth, layers: count, fineness, samples, samples_a_side, staggered, lights, order };
         self.peeled = Some(peeled.clone());

@@ -375,7 +375,7 @@ fn the_command_line_names_all_that_makes_the_picture() {
         "defocus compare ",
         "squares.glb",
         "--size 320x200",
-        "--methods 'mipmap,separable'",
+        "--methods mipmap,separable",
         "--pose ",
         "-E ",
         "--focus ",

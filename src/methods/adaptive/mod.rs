@@ -59,8 +59,8 @@ const MAX_REFINE: u32 = 4;
 /// steps of an 8-bit display. It is estimated from the difference of two halves of the rays.
 const NOISE_LIMIT: f32 = 2.0 / 255.0;
 
-/// The same of an image, whose pixels have one sample each: a ray takes a fourth of the steps near focus,
-/// where no filter hides noise, and four times the rays halve it.
+/// The same of an image: one step. Its pixels have one sample each, so that a ray takes half as many steps
+/// near focus, where no filter hides its noise.
 const IMAGE_NOISE_LIMIT: f32 = NOISE_LIMIT / 2.0;
 
 /// Frames submitted at once.

@@ -12,20 +12,6 @@ use defocus_app::window::{Document, MethodChoice, command_line, read_state, writ
 use defocus_study::random::Random;
 use glam::{DVec3, uvec2};
 
-/// Words as a shell splits them.
-fn words(line: &str) -> Vec<String> {
-    let (mut words, mut word, mut quoted) = (Vec::new(), String::new(), false);
-    for c in line.chars() {
-        match c {
-            '\'' => quoted = !quoted,
-            ' ' if !quoted => words.push(std::mem::take(&mut word)),
-            c => word.push(c),
-        }
-    }
-    words.push(word);
-    words
-}
-
 /// What the section "Eye and display" sets, and the lens.
 fn random_document(random: &mut Random) -> Document {
     let mut is = |share: f64| random.unit() < share;
@@ -102,7 +88,8 @@ fn a_copied_command_has_all_of_the_eye_and_the_display() {
     for case in 0..300 {
         let document = random_document(&mut random);
         let line = command_line(&document, uvec2(64, 48));
-        let cli = Cli::try_parse_from(words(&line)).unwrap_or_else(|e| panic!("case {case}: {line}: {e}"));
+        let cli = Cli::try_parse_from(shlex::split(&line).expect("whole quotes"))
+            .unwrap_or_else(|e| panic!("case {case}: {line}: {e}"));
         let (lens, display) = options(&cli);
         let screen = display.screen(None).expect("a screen");
         let told = format!("case {case}: {line}");

@@ -42,9 +42,10 @@ impl App {
         self.inspector.close();
         let reveal = self.inspector.take_reveal();
         revealed(ui, "Inspector", false, reveal, |ui| self.inspector(ui));
-        self.kernel_group(ui);
         self.stereo_group(ui);
         group(ui, "Timing", self.is_open_at_first("Timing"), |ui| self.timing_group(ui));
+        // Below what one screen of 720 points has room for.
+        self.kernel_group(ui);
         ui.add_space(2.0);
     }
 

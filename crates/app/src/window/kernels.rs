@@ -1,6 +1,7 @@
 //! The point spread function of pane A's method, measured while its panel is in sight.
 
 use super::App;
+use super::model::Edit;
 use super::ui::panels::{KernelView, kernel_panel};
 use super::ui::widgets::revealed;
 use eframe::egui::Ui;
@@ -27,7 +28,11 @@ impl App {
             let title = self.document.pane(a).map_or_else(String::new, |pane| pane.method.title());
             let known = self.engine.kernel();
             let view = KernelView { title: &title, measured: known.and_then(|kernel| kernel.psf.as_ref()) };
-            kernel_panel(ui, &mut self.document.kernel, &view);
+            let mut chosen = self.document.kernel;
+            kernel_panel(ui, &mut chosen, &view);
+            if chosen != self.document.kernel {
+                self.edit(Edit::Kernel(chosen));
+            }
             self.engine.measure_kernel(a, self.document.kernel);
         });
     }

@@ -3,6 +3,7 @@
 use super::batch::{BatchRow, MOST_BATCH_ROWS};
 use super::document::{Document, Zoom};
 use super::focus::FocusSettings;
+use super::kernel::KernelChoice;
 use super::lens::same_but_focus;
 use super::lessons::Dragged;
 use super::method::MethodChoice;
@@ -60,6 +61,8 @@ pub enum Edit {
     Divider(f32),
     /// Which part of the picture is shown.
     Zoom(Zoom),
+    /// Of which point the point spread function is measured.
+    Kernel(KernelChoice),
     /// The one thing to drag in a lesson.
     Lesson(Dragged, f64),
     /// A row of the batch, by its place.
@@ -152,6 +155,7 @@ impl Document {
             Edit::Divider(share) if !share.is_nan() => self.divider = share.clamp(0.0, 1.0),
             Edit::Divider(_) => {}
             Edit::Zoom(zoom) => self.zoom = zoom.repaired(),
+            Edit::Kernel(choice) => self.kernel = choice.repaired(),
             Edit::Lesson(dragged, value) => dragged.set(self, value),
             Edit::Method(id, _) | Edit::Show(id, _) | Edit::Opacity(id, _) => self.edit_pane(id, edit),
             Edit::BatchRow(..) | Edit::RemoveBatchRow(_) | Edit::ClearBatch | Edit::AddToBatch(_) => {
@@ -247,6 +251,7 @@ mod tests {
             Edit::Moment(before.moment.clone()),
             Edit::View(before.view_settings()),
             Edit::Divider(before.divider),
+            Edit::Kernel(before.kernel),
             Edit::Zoom(before.zoom),
             Edit::Method(pane.id, pane.method.clone()),
             Edit::Show(pane.id, pane.show.clone()),

@@ -11,6 +11,7 @@ use defocus::scene::rgbd::DepthKind;
 use defocus::viewing::Screen;
 use defocus_study::DepthArgs;
 use glam::UVec2;
+use std::borrow::Cow;
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
@@ -196,8 +197,18 @@ pub fn command_line(document: &Document, size: UVec2) -> String {
     }
     let mut option = |name: &str, value: String| words.extend([name.to_owned(), value]);
     option("-o", if compares { "out".into() } else { "out.png".into() });
+    words.iter().map(|word| quoted(word)).collect::<Vec<_>>().join(" ")
+}
+
+/// A word of a command, quoted where a shell would read it otherwise. `shlex` alone would quote lists and
+/// settings too, which no shell changes within a word.
+fn quoted(word: &str) -> Cow<'_, str> {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./,:=+@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        return word.into();
+    }
     // No word has a zero byte: they are numbers, names and paths of files that were opened.
-    shlex::Quoter::new().allow_nul(true).join(words.iter().map(String::as_str)).unwrap_or_default()
+    shlex::Quoter::new().allow_nul(true).quote(word).unwrap_or_default()
 }
 
 /// Light and age that E follows, where it does.

@@ -4,6 +4,7 @@
 //! a table says about the methods among themselves.
 
 mod comparison;
+mod figure;
 mod grapp;
 mod pg;
 mod quality;
