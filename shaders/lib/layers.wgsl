@@ -56,10 +56,13 @@ struct Adaptive {
     noise_limit: f32,
     /// 1: what is seen is an image with depth.
     is_image: u32,
-    /// 1: samples are staggered (`stagger_of`); 0: they lie in a regular grid.
-    staggered: u32,
+    /// The layer of `nearest_depths` that rays ask first.
+    coarse_layer: u32,
     /// 1: the lens blurs to discs.
     is_disc: u32,
+    /// How far, px, the layers of `nearest_depths` look beyond what a ray may meet from where it asks
+    /// them; 0 where its rays are too bent for that.
+    free_px: vec3f,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;

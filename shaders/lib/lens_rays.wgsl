@@ -15,6 +15,15 @@
 #import sampling
 #import staggered
 
+// What holds for all rays of a dispatch: a pipeline has no code for the rest.
+
+/// Whether the eye is astigmatic, so that blur is elliptic.
+override ASTIGMATIC: bool = true;
+/// Whether samples are staggered (`stagger_of`); else they lie in a regular grid.
+override STAGGERED: bool = true;
+/// Whether what is seen is an image with depth.
+override IMAGE: bool = true;
+
 /// s of up to four layers, nearest first.
 @group(2) @binding(0) var radii: texture_2d<f32>;
 /// The layers, the first as the mean of its samples.
@@ -23,6 +32,9 @@
 /// The samples of the first layer: radiance, stored depth.
 @group(2) @binding(5) var sample_colors: texture_2d<f32>;
 @group(2) @binding(6) var sample_depths: texture_2d<f32>;
+/// The greatest stored depth of the samples around each pixel, in three layers that look ever farther
+/// around it (src/view/nearest.rs).
+@group(2) @binding(7) var nearest_depths: texture_2d_array<f32>;
 
 /// How far, px of s, a surface may be from a ray's step to be hit: cracks open at 0, edges
 /// thicken from 1 on.
@@ -36,7 +48,7 @@ fn texel_at(position: vec2f) -> vec2i {
 /// By how much a sample of a row lies to the right of its place in a regular grid, and one of a column
 /// below it, samples.
 fn stagger(line: f32) -> f32 {
-    return f32(adaptive.staggered) * stagger_of(line, f32(adaptive.samples_a_side));
+    return select(0.0, stagger_of(line, f32(adaptive.samples_a_side)), STAGGERED);
 }
 
 /// The sample of a row that is nearest along it to a place among the samples, and how far away it lies.
@@ -50,7 +62,7 @@ fn sample_in_row(at: vec2f, row: f32) -> vec2f {
 /// grid: there it is the nearer one of two rows.
 fn sample_at(position: vec2f) -> vec2i {
     let at = texels_of(adaptive.samples_a_side, position);
-    if adaptive.staggered == 0u {
+    if !STAGGERED {
         return clamp_to_image(vec2i(floor(at)), textureDimensions(sample_depths));
     }
     let row = floor(at.y);
@@ -126,21 +138,43 @@ fn is_fine(s: f32) -> bool {
     return s >= -fine_up_to_s() && s < fine_up_to_s();
 }
 
+/// Where the steps of a ray from s = `start` on, in a run that ends at `end`, change their length at
+/// the latest, px of s.
+fn same_steps_up_to(start: f32, end: f32) -> f32 {
+    if start < fine_up_to_s() {
+        return min(end, select(-fine_up_to_s(), fine_up_to_s(), is_fine(start)));
+    }
+    return end;
+}
+
 /// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
 fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
     let fine = is_fine(start);
     // Between two steps of a ray through an image lies at most the corner of a pixel.
-    let samples_a_side = select(adaptive.samples_a_side, 2u, adaptive.is_image != 0u);
+    let samples_a_side = select(adaptive.samples_a_side, 2u, IMAGE);
     let px = select(2.0, 1.0 / f32(samples_a_side), fine && samples_a_side > 1u);
-    var limit = end;
-    if start < fine_up_to_s() {
-        limit = min(end, select(-fine_up_to_s(), fine_up_to_s(), fine));
-    }
-    return min(px / max(length(v), 1e-3), limit - start);
+    return min(px / max(length(v), 1e-3), same_steps_up_to(start, end) - start);
 }
+
+/// How many steps of `width` a ray at s = `start` can leave out up to s = `end`: those in front of
+/// everything that `nearest_depths` knows of what lies around them. It is asked for the place that the
+/// ray has half way to where it leaves that surrounding.
+fn free_steps(from_p: vec2f, v: vec2f, start: f32, width: f32, end: f32, layer: u32) -> f32 {
+    let half_way = adaptive.free_px[layer] / max(max(abs(v.x), abs(v.y)), 1e-3);
+    let pixel = vec2i(floor(from_p - v * (start + half_way)));
+    let nearest_z = textureLoad(nearest_depths, clamp_to_image(pixel, textureDimensions(nearest_depths)), layer, 0).r;
+    let in_front = s_of_depth(adaptive, nearest_z) - TOLERANCE_S - ROUNDING_S - start;
+    return max(floor(min(min(2.0 * half_way, in_front), end - start) / width), 0.0);
+}
+
+/// More than places on a ray are rounded by, px of s.
+const ROUNDING_S = 1e-3;
 
 /// Where the ray through pixel `p` and lens point `v` begins, px: astigmatism moves it as a whole.
 fn ray_from(p: vec2f, v: vec2f) -> vec2f {
+    if !ASTIGMATIC {
+        return p;
+    }
     return p - astigmatic_offset_px(adaptive.lens, v);
 }
 
@@ -159,10 +193,33 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     for (var r = 0u; r < run_count; r++) {
         let end = min(runs[r].y, last_s + TOLERANCE_S);
         var start = runs[r].x;
+        // Where the last step ended, and what lies there.
+        var known_at = EMPTY_S;
+        var known = 0.0;
         for (var step = 0u; step < MAX_STEPS && start < end; step++) {
+            // Steps through empty space are left out, all others are as long as they would be.
+            start += free_length(from_p, v, start, end, adaptive.coarse_layer);
+            start += free_length(from_p, v, start, end, 0u);
             let width = step_from(start, end, v);
-            let hit = step_through(from_p, v, start, width);
-            reads += hit.reads;
+            let fine = is_fine(start);
+            // What is near the front of a step hides what is near its end; near focus, where steps are
+            // short, they ask once.
+            var front = Asked(place_on_ray(from_p, v, start + select(0.0, 0.25 * width, fine)), known);
+            if known_at != start || fine {
+                front.s = sample_s(sample_at(front.at));
+                reads += 1u;
+            }
+            var hit = met(front, from_p, v, start, width);
+            reads += 2u + hit.reads;
+            let is_one = fine || width * length(v) * f32(adaptive.samples_a_side) < SAME_SAMPLE;
+            if hit.layer == NO_HIT && !is_one {
+                let at = place_on_ray(from_p, v, start + width);
+                let back = Asked(at, sample_s(sample_at(at)));
+                hit = met(back, from_p, v, start, width);
+                reads += 1u + hit.reads;
+                known_at = start + width;
+                known = back.s;
+            }
             if hit.layer != NO_HIT {
                 return Hit(hit.layer, hit.s, hit.at, reads);
             }
@@ -170,6 +227,12 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
         }
     }
     return Hit(NO_HIT, 0.0, p, reads);
+}
+
+/// Length, px of s, of the steps that a ray can leave out at `start`, in a run that ends at `end`.
+fn free_length(from_p: vec2f, v: vec2f, start: f32, end: f32, layer: u32) -> f32 {
+    let width = step_from(start, end, v);
+    return width * free_steps(from_p, v, start, width, same_steps_up_to(start, end), layer);
 }
 
 /// Whether `composite` filters what the rays of this pass find.
@@ -180,6 +243,10 @@ var<private> rays_are_filtered: bool = true;
 fn place_on_ray(from_p: vec2f, v: vec2f, s: f32) -> vec2f {
     if !rays_are_filtered || abs(s) - astigmatic_s() <= adaptive.sharp_s {
         return from_p - v * s;
+    }
+    if !ASTIGMATIC {
+        let blur = select(NARROW_BLUR, WIDE_BLUR, abs(s) > adaptive.narrow_s) / adaptive.lens_variance;
+        return from_p - v * sign(s) * sqrt(max(s * s - blur, 0.1 * s * s));
     }
     let axes = half_axes(s);
     let shrunk = sqrt(1.0 - min(filter_blur(bucket_of(s)) / (axes * axes * adaptive.lens_variance), vec2f(0.9)));
@@ -195,48 +262,43 @@ fn half_axes(s: f32) -> vec2f {
 /// meridian.
 fn shrunk_offset(v: vec2f, s: f32, shrunk: vec2f) -> vec2f {
     let lens = adaptive.lens;
-    let ellipse = from_meridian(lens, shrunk * by_meridian(lens, v * s + astigmatic_offset_px(lens, v)));
-    return select(ellipse, v * (s * shrunk.x), lens.astigmatism_px == 0.0);
+    if !ASTIGMATIC {
+        return v * (s * shrunk.x);
+    }
+    return from_meridian(lens, shrunk * by_meridian(lens, v * s + astigmatic_offset_px(lens, v)));
 }
 
 /// Length, samples, of a step that is not worth asking at both of its ends.
 const SAME_SAMPLE = 0.5;
 
-/// What a ray hits between s = `start` and `width` behind it. It asks at both ends of the step;
-/// near focus, where steps are short, once.
-fn step_through(from_p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
-    let fine = is_fine(start);
-    // What is near the front of a step hides what is near its end.
-    let front = ask(from_p, v, start + select(0.0, 0.25 * width, fine), start, width);
-    if front.layer != NO_HIT || fine || width * length(v) * f32(adaptive.samples_a_side) < SAME_SAMPLE {
-        return front;
-    }
-    let back = ask(from_p, v, start + width, start, width);
-    return Hit(back.layer, back.s, back.at, front.reads + back.reads);
+/// What lies where a ray passes one s: the place on the outer frame, px, and s of the sample there.
+struct Asked {
+    at: vec2f,
+    s: f32,
 }
 
-/// What a ray hits of the surfaces of a step that lie where it passes s = `asked`: the sample
-/// of the first layer there, or the other layers where that hides them. It is hit where the ray
-/// meets it.
-fn ask(from_p: vec2f, v: vec2f, asked: f32, start: f32, width: f32) -> Hit {
+/// What a ray hits of the surfaces that lie between s = `start` and `width` behind it at a place that it
+/// passes there: the sample of the first layer, or the other layers where that hides them. It is hit
+/// where the ray meets it.
+fn met(asked: Asked, from_p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
     let low = start - TOLERANCE_S;
     let high = start + width + TOLERANCE_S;
-    let at = place_on_ray(from_p, v, asked);
-    let s = sample_s(sample_at(at));
+    let at = asked.at;
+    let s = asked.s;
     if s > high {
-        return Hit(NO_HIT, 0.0, at, 1u);
+        return Hit(NO_HIT, 0.0, at, 0u);
     }
     var expected = s;
     var layer = SAMPLE;
-    var reads = 2u;
+    var reads = 1u;
     if s < low {
         let hidden = radii_at(at);
         layer = first_within(hidden, max(low, s + MERGED_S), high);
         if layer < 0 {
-            return Hit(NO_HIT, 0.0, at, 2u);
+            return Hit(NO_HIT, 0.0, at, 1u);
         }
         expected = hidden[layer];
-        reads = 3u;
+        reads = 2u;
     }
     let met_at = place_on_ray(from_p, v, expected);
     let seen = sample_s(sample_at(met_at));
@@ -285,14 +347,20 @@ fn filter_blur(bucket: u32) -> f32 {
     if bucket == SHARP {
         return 0.0;
     }
-    return select(2.0, 6.0, bucket == 0u || bucket == BUCKETS - 1u);
+    return select(NARROW_BLUR, WIDE_BLUR, bucket == 0u || bucket == BUCKETS - 1u);
 }
+
+const NARROW_BLUR = 2.0;
+const WIDE_BLUR = 6.0;
 
 /// By how much a ray's offset shrinks along and across the eye's meridian so that the blur of
 /// reading a texel (`read_blur`) and of the filter, both four times a variance, are not added to the
 /// lens's own.
 fn shrink(s: f32, read_blur: f32) -> vec2f {
     let filtered = filter_blur(bucket_of(s));
+    if !ASTIGMATIC {
+        return vec2f(shrink_of_axis(s, read_blur, filtered));
+    }
     let axes = half_axes(s);
     return vec2f(shrink_of_axis(axes.x, read_blur, filtered), shrink_of_axis(axes.y, read_blur, filtered));
 }
@@ -336,7 +404,7 @@ fn sample_blur() -> f32 {
 /// layer is the mean of samples from its centre on to the right and down, not around it.
 fn color_place(layer: i32, position: vec2f) -> vec2f {
     let draws = f32(adaptive.samples_a_side) / f32(adaptive.fineness);
-    let staggered = f32(adaptive.staggered) * mean_stagger(f32(adaptive.samples_a_side)) / draws;
+    let staggered = select(0.0, mean_stagger(f32(adaptive.samples_a_side)) / draws, STAGGERED);
     return texels_of(adaptive.fineness, position) - select(0.0, 0.5 - 0.5 / draws + staggered, layer == 0);
 }
 
@@ -359,12 +427,21 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     if found.layer == SAMPLE && is_fine(found.s) {
         return color_of_samples(found, p, v, limited);
     }
+    let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);
+    let size = vec2f(textureDimensions(radii));
+    if found.layer == SAMPLE || found.layer == 0 {
+        // Mostly all four texels of the first layer around the place show the surface that was hit.
+        let ray = color_place(0, p - shrunk_offset(v, found.s, shrink(found.s, read_blur)));
+        let at = clamp(ray, vec2f(0.5), size - 0.5) / size;
+        let around = textureGather(0, radii, linear_clamp, at);
+        if all(abs(around - found.s) <= vec4f(same_within(found.s))) {
+            return textureSampleLevel(colors, linear_clamp, at * size / vec2f(textureDimensions(colors)), 0, 0.0).rgb;
+        }
+    }
     let hit = in_layers(found);
     if hit.layer == SAMPLE {
         return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
     }
-    let size = vec2f(textureDimensions(radii));
-    let read_blur = BILINEAR_BLUR / f32(adaptive.fineness * adaptive.fineness);
     let ray = color_place(hit.layer, p - shrunk_offset(v, hit.s, shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
     let b = bilinear(at);
@@ -395,7 +472,7 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     let own = without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
     // The pixels of an image are squares of one colour, and not points of a finer one.
-    if adaptive.is_image != 0u {
+    if IMAGE {
         return own;
     }
     let ray = p - shrunk_offset(v, hit.s, shrink(hit.s, sample_blur()));
@@ -421,7 +498,7 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 
 /// The colours of the samples around a position, px, of whatever surfaces.
 fn interpolated(position: vec2f, limited: bool) -> vec3f {
-    if adaptive.staggered == 0u && !limited {
+    if !STAGGERED && !limited {
         // A regular grid is what the hardware's filter reads.
         let size = vec2f(textureDimensions(sample_colors));
         let at = clamp(texels_of(adaptive.samples_a_side, position), vec2f(0.5), size - 0.5);
@@ -487,7 +564,12 @@ fn sample_weight(around: SamplesAround, i: i32) -> f32 {
 
 /// Whether both are s of one surface.
 fn is_same(s: f32, other: f32) -> bool {
-    return abs(s - other) <= 0.25 + 0.08 * abs(other);
+    return abs(s - other) <= same_within(other);
+}
+
+/// How far s of two places of one surface may lie apart, px.
+fn same_within(s: f32) -> f32 {
+    return 0.25 + 0.08 * abs(s);
 }
 
 fn corner_of(b: Bilinear, i: i32) -> vec2i {
@@ -500,5 +582,5 @@ fn corner_weight(b: Bilinear, i: i32) -> f32 {
 }
 
 fn without_lights(color: vec3f, s: f32, limited: bool) -> vec3f {
-    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
+    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, IMAGE) * over_limit(color), limited);
 }

@@ -79,5 +79,5 @@ fn color_in_view(hit: Hit, p: vec2f, v: vec2f, i: i32, limited: bool) -> vec3f {
 
 fn view_color(texel: vec2i, i: i32, s: f32, limited: bool) -> vec3f {
     let color = textureLoad(view_colors, texel, i, 0).rgb;
-    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, adaptive.is_image != 0u) * over_limit(color), limited);
+    return select(color, color - emitted_share(greatest_s(s), adaptive.lens_radius, IMAGE) * over_limit(color), limited);
 }

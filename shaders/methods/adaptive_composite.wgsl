@@ -20,32 +20,90 @@ fn pinhole_color(pixel: vec2u) -> vec3f {
 /// Side of a tile with the two pixels around it that the widest filter reads.
 const APRON_SIDE = 12u;
 
-/// Buckets of the tile and its surroundings; all zero beyond the frame.
-var<workgroup> apron: array<array<vec4f, BUCKETS>, APRON_SIDE * APRON_SIDE>;
+/// What hits the buckets of the tile and its surroundings, four f16 as they are stored; all zero beyond
+/// the frame.
+var<workgroup> apron: array<array<vec2u, BUCKETS>, APRON_SIDE * APRON_SIDE>;
+
+/// The same filtered along rows, by row of the surroundings and column of the tile, and what is left to
+/// hit each bucket.
+var<workgroup> row_hits: array<array<vec4f, BUCKETS>, APRON_SIDE * TILE>;
+var<workgroup> row_rests: array<array<f32, BUCKETS>, APRON_SIDE * TILE>;
 
 /// Buckets that any of these has something in, a bit each: the others need no filter.
 var<workgroup> occupied: atomic<u32>;
 
+fn packed(hit: vec4f) -> vec2u {
+    return vec2u(pack2x16float(hit.xy), pack2x16float(hit.zw));
+}
+
+fn unpacked(hit: vec2u) -> vec4f {
+    return vec4f(unpack2x16float(hit.x), unpack2x16float(hit.y));
+}
+
 fn load_apron(tile: vec2u, i: u32) {
     let at = vec2i(tile * TILE) + vec2i(vec2u(i % APRON_SIDE, i / APRON_SIDE)) - 2;
     for (var b = 0u; b < BUCKETS; b++) {
-        apron[i][b] = vec4f(0.0);
+        apron[i][b] = vec2u(0u);
     }
     if any(at < vec2i(0)) || any(at >= vec2i(adaptive.size)) {
         return;
     }
     if tile_at(vec2u(at) / TILE).class_of == COPY {
-        apron[i][SHARP] = vec4f(pinhole_color(vec2u(at)), 1.0);
+        apron[i][SHARP] = packed(vec4f(pinhole_color(vec2u(at)), 1.0));
         atomicOr(&occupied, 1u << SHARP);
         return;
     }
     var found = 0u;
     for (var b = 0u; b < BUCKETS; b++) {
         let hit = textureLoad(buckets, at, b, 0);
-        apron[i][b] = hit;
+        apron[i][b] = packed(hit);
         found |= u32(hit.w > 0.0) << b;
     }
     atomicOr(&occupied, found);
+}
+
+/// Weight of one of the five pixels along a row or column in the filter of a bucket: the outermost are
+/// filtered by [1 2 2 2 1] / 2, their neighbours by [1 2 1] / 2, each on both axes, the sharp one not.
+fn weight_of(bucket: u32, tap: u32) -> f32 {
+    let away = abs(f32(tap) - 2.0);
+    if bucket == SHARP {
+        return select(0.0, 1.0, away == 0.0);
+    }
+    if bucket == 0u || bucket == BUCKETS - 1u {
+        return min(1.0, 1.5 - 0.5 * away);
+    }
+    return max(0.0, 1.0 - 0.5 * away);
+}
+
+/// Pixels that the widest filter reads along a row or column.
+const TAPS = 5u;
+
+/// Filters one place of `row_hits` along its row, in the buckets that have something.
+fn filter_row(i: u32, found: u32) {
+    let first = (i / TILE) * APRON_SIDE + i % TILE;
+    // Beyond the frame nothing was traced, and nothing remains.
+    var rest: array<f32, TAPS>;
+    for (var tap = 0u; tap < TAPS; tap++) {
+        for (var b = 0u; b < BUCKETS; b++) {
+            rest[tap] += unpack2x16float(apron[first + tap][b].y).y;
+        }
+    }
+    for (var b = 0u; b < BUCKETS; b++) {
+        if (found & (1u << b)) == 0u {
+            continue;
+        }
+        var hits = vec4f(0.0);
+        var rests = 0.0;
+        for (var tap = 0u; tap < TAPS; tap++) {
+            let hit = unpacked(apron[first + tap][b]);
+            let weight = weight_of(b, tap);
+            hits += weight * hit;
+            rests += weight * max(rest[tap], 0.0);
+            rest[tap] -= hit.w;
+        }
+        row_hits[i][b] = hits;
+        row_rests[i][b] = rests;
+    }
 }
 
 @compute @workgroup_size(8, 8)
@@ -55,9 +113,15 @@ fn composite(
     @builtin(local_invocation_index) index: u32,
 ) {
     let tile = listed_tile(group);
-    if all(tile < adaptive.inner_tiles) {
+    if is_tile(tile) {
         for (var i = index; i < APRON_SIDE * APRON_SIDE; i += TILE * TILE) {
             load_apron(tile, i);
+        }
+    }
+    workgroupBarrier();
+    if is_tile(tile) {
+        for (var i = index; i < APRON_SIDE * TILE; i += TILE * TILE) {
+            filter_row(i, atomicLoad(&occupied));
         }
     }
     workgroupBarrier();
@@ -65,42 +129,26 @@ fn composite(
     if any(pixel >= adaptive.size) {
         return;
     }
-    let found = atomicLoad(&occupied);
-    let first = countTrailingZeros(found);
-    let end = 32u - countLeadingZeros(found);
-    // The outermost buckets are filtered over 5x5 pixels, their neighbours over 3x3.
-    let reach = select(select(1u, 0u, found == 1u << SHARP), 2u, first == 0u || end == BUCKETS);
-    let side = 2u * reach + 1u;
-    // Per bucket, what hits it and what is left to hit it, both filtered.
-    var filtered: array<vec4f, BUCKETS>;
-    var remaining: array<f32, BUCKETS>;
-    for (var i = 0u; i < side * side; i++) {
-        let offset = vec2u(i % side, i / side) + 2u - reach;
-        let from_centre = abs(vec2f(offset) - 2.0);
-        let narrow = max(vec2f(0.0), 1.0 - 0.5 * from_centre) * vec2f(from_centre < vec2f(1.5));
-        let wide = min(vec2f(1.0), 1.5 - 0.5 * from_centre);
-        let weights = vec3f(wide.x * wide.y, narrow.x * narrow.y, f32(all(offset == vec2u(2u))));
-        let texel = (local.y + offset.y) * APRON_SIDE + local.x + offset.x;
-        // Beyond the frame nothing was traced, and nothing remains.
-        var rest = 0.0;
-        for (var b = first; b < end; b++) {
-            rest += apron[texel][b].w;
-        }
-        for (var b = first; b < end; b++) {
-            let hit = apron[texel][b];
-            let weight = weights[min(b, BUCKETS - 1u - b)];
-            filtered[b] += weight * hit;
-            remaining[b] += weight * max(rest, 0.0);
-            rest -= hit.w;
-        }
-    }
     var color = vec3f(0.0);
     var transmitted = 1.0;
-    for (var b = first; b < end; b++) {
+    let found = atomicLoad(&occupied);
+    for (var b = 0u; b < BUCKETS; b++) {
+        if (found & (1u << b)) == 0u {
+            continue;
+        }
+        // What hits the bucket and what is left to hit it, both filtered.
+        var filtered = vec4f(0.0);
+        var remaining = 0.0;
+        for (var tap = 0u; tap < TAPS; tap++) {
+            let row = (local.y + tap) * TILE + local.x;
+            let weight = weight_of(b, tap);
+            filtered += weight * row_hits[row][b];
+            remaining += weight * row_rests[row][b];
+        }
         // Weights are f16: less than this is a rounding of 1.
-        if remaining[b] > 2e-3 {
-            color += transmitted * filtered[b].rgb / remaining[b];
-            transmitted *= max(0.0, 1.0 - filtered[b].w / remaining[b]);
+        if remaining > 2e-3 {
+            color += transmitted * filtered.rgb / remaining;
+            transmitted *= max(0.0, 1.0 - filtered.w / remaining);
         }
     }
     color /= 1.0 - transmitted;

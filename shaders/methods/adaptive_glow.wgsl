@@ -77,8 +77,8 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
     let listed_count = min(listed_counts[index], highlights.capacity);
     let start = index * highlights.capacity;
     // The pixels of an image, and cells of them.
-    let is_square = adaptive.is_image != 0u;
-    let is_astigmatic = adaptive.lens.astigmatism_px != 0.0;
+    let is_square = IMAGE;
+    let is_astigmatic = ASTIGMATIC;
     let sheets = sheet_bounds_of(index);
     var sum = vec3f(0.0);
     for (var i = 0u; i < listed_count; i++) {

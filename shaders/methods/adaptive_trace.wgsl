@@ -143,7 +143,7 @@ fn find_bright(tile: vec2u, index: u32) {
     let outer = adaptive.size + 2u * adaptive.overscan;
     let first = vec2i(tile * TILE + adaptive.overscan) - BRIGHT_REACH_PX;
     let has_lights = arrayLength(&lights) > 1u;
-    let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, has_lights & (adaptive.is_image == 0u));
+    let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, has_lights & !IMAGE);
     for (var i = index; i < count; i += 64u) {
         let at = clamp_to_image(first + vec2i(vec2u(i % BRIGHT_SIDE, i / BRIGHT_SIDE)), outer);
         let light = lights[u32(at.y) * outer.x + u32(at.x)];
@@ -288,7 +288,7 @@ fn trace_uniform(
     }
     let p = vec2f(pixel + adaptive.overscan) + 0.5;
     let own = radii_at(p).x;
-    if adaptive.is_image != 0u && adaptive.is_disc != 0u && abs(own) * adaptive.lens_radius <= NEIGHBOUR_REACH_PX {
+    if IMAGE && adaptive.is_disc != 0u && abs(own) * adaptive.lens_radius <= NEIGHBOUR_REACH_PX {
         sums[bucket_of(own)] = vec4f(mean_of_squares(p, own), 1.0);
         store_sums(pixel, 1.0);
         if adaptive.diagnose != 0u {

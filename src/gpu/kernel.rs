@@ -216,9 +216,36 @@ pub(super) const MAX_TARGETS: usize = 4;
 /// Targets of a draw, the first ones filled.
 pub(super) type Targets = [Option<Target>; MAX_TARGETS];
 
+/// Most switches of a pipeline.
+const MAX_SWITCHES: usize = 4;
+
+/// Values of the `override` constants of a shader that are `bool`, by name; those that are not named
+/// have the shader's own.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Switches([Option<(&'static str, bool)>; MAX_SWITCHES]);
+
+impl Switches {
+    /// Of those names and values, at most four.
+    pub const fn of<const N: usize>(values: [(&'static str, bool); N]) -> Self {
+        assert!(N <= MAX_SWITCHES, "a pipeline has at most four switches");
+        let mut switches = [None; MAX_SWITCHES];
+        let mut i = 0;
+        while i < N {
+            switches[i] = Some(values[i]);
+            i += 1;
+        }
+        Self(switches)
+    }
+
+    fn constants(&self) -> Vec<(&'static str, f64)> {
+        self.0.iter().flatten().map(|(name, value)| (*name, f64::from(u8::from(*value)))).collect()
+    }
+}
+
 #[derive(Clone, Copy, PartialEq, Eq, Hash)]
 struct KernelKey {
     shader: &'static str,
+    switches: Switches,
     /// A compute entry alone, or vertex and fragment.
     entries: [&'static str; 2],
     build: Build,
@@ -304,9 +331,16 @@ impl Kernels {
         kernel
     }
 
-    pub(super) fn compute(&self, shader: &Shader, entry: &'static str, build: Build) -> Arc<Kernel> {
+    pub(super) fn compute(
+        &self,
+        shader: &Shader,
+        entry: &'static str,
+        switches: Switches,
+        build: Build,
+    ) -> Arc<Kernel> {
         let key = KernelKey {
             shader: shader.name,
+            switches,
             entries: [entry, ""],
             build,
             targets: [None; MAX_TARGETS],
@@ -325,7 +359,10 @@ impl Kernels {
                 layout: Some(&layout),
                 module: &compiled.shader,
                 entry_point: Some(entry),
-                compilation_options: Default::default(),
+                compilation_options: wgpu::PipelineCompilationOptions {
+                    constants: &switches.constants(),
+                    ..Default::default()
+                },
                 cache: None,
             });
             Kernel { name, pipeline: Pipeline::Compute(pipeline), workgroup_size, groups, counts_reads }
@@ -340,7 +377,8 @@ impl Kernels {
         topology: wgpu::PrimitiveTopology,
         targets: Targets,
     ) -> Arc<Kernel> {
-        let key = KernelKey { shader: shader.name, entries, build, targets, topology };
+        let switches = Switches::default();
+        let key = KernelKey { shader: shader.name, switches, entries, build, targets, topology };
         let [vertex, fragment] = entries;
         self.kernel(key, |_| {
             let compiled = self.module(shader, build);

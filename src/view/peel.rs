@@ -1,7 +1,7 @@
 //! Layers of surfaces, peeled front to back as the pinhole sees them.
 
 use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
-use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden};
+use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden, nearest};
 use crate::gpu::{Buffer, Frame, Texture, TextureKey};
 use crate::lens::Lens;
 use crate::{shader, uniform};
@@ -31,6 +31,9 @@ pub struct Peeled {
     pub samples: Layer,
     /// Samples a pixel on each side.
     pub samples_a_side: u32,
+    /// R32F array of the outer size in pixels: the greatest stored depth of the samples within
+    /// [`NEAREST_REACH_PX`](super::NEAREST_REACH_PX) pixels along x and y.
+    pub nearest: Texture,
     /// Whether each sample of a pixel has a column and a row of its own (`shaders/lib/staggered.wgsl`);
     /// else they lie in a regular grid.
     pub staggered: bool,
@@ -189,8 +192,19 @@ impl View {
         }
         reduce(frame, &color, outer);
         let samples_a_side = fineness * draws;
-        let peeled =
-            Peeled { color, depth, layers: count, fineness, samples, samples_a_side, staggered, lights, order };
+        let nearest = nearest::nearest_depths(frame, &samples.depth, self.projection.outer_size(), samples_a_side);
+        let peeled = Peeled {
+            color,
+            depth,
+            layers: count,
+            fineness,
+            samples,
+            samples_a_side,
+            nearest,
+            staggered,
+            lights,
+            order,
+        };
         self.peeled = Some(peeled.clone());
         Ok(peeled)
     }

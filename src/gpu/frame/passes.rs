@@ -4,7 +4,7 @@ use super::targets::{Blend, Target, attachment};
 use super::timing::Timer;
 use super::{Frame, OpenPass};
 use crate::gpu::bind_groups::Resource;
-use crate::gpu::kernel::{Kernel, MAX_TARGETS, Pipeline, SamplerKind, Targets};
+use crate::gpu::kernel::{Kernel, MAX_TARGETS, Pipeline, SamplerKind, Switches, Targets};
 use crate::gpu::wgsl::{Shader, Uniform};
 use crate::gpu::{Buffer, Texture};
 use glam::UVec2;
@@ -20,7 +20,18 @@ pub(super) type Bound = (&'static str, Resource);
 impl<'g> Frame<'g> {
     /// Starts a compute pass with the entry point `entry`, labelled with its name.
     pub fn pass<'f>(&'f mut self, shader: &Shader, entry: &'static str) -> Pass<'f, 'g> {
-        let kernel = self.gpu.0.kernels.compute(shader, entry, self.build());
+        self.specialized_pass(shader, entry, Switches::default())
+    }
+
+    /// As [`Frame::pass`], of a pipeline made for those values of the shader's `override` constants:
+    /// it has no code for what they switch off.
+    pub fn specialized_pass<'f>(
+        &'f mut self,
+        shader: &Shader,
+        entry: &'static str,
+        switches: Switches,
+    ) -> Pass<'f, 'g> {
+        let kernel = self.gpu.0.kernels.compute(shader, entry, switches, self.build());
         Pass { frame: self, entry, label: None, kernel, bound: Vec::with_capacity(EXPECTED_BINDINGS) }
     }
 

@@ -4,7 +4,7 @@ use super::AdaptiveUniform;
 use super::explain::explain;
 use super::tiles::Tiles;
 use super::views::Views;
-use crate::gpu::{Buffer, Frame, Pass, SamplerKind, Shader, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Pass, SamplerKind, Shader, Switches, Texture, TextureKey};
 use crate::methods::sheet_rays::SheetRays;
 use crate::shader;
 use crate::view::{LIGHT_BYTES, Peeled};
@@ -64,6 +64,16 @@ impl Rays<'_> {
         result
     }
 
+    /// What the shaders of rays have code for: `ASTIGMATIC`, `STAGGERED` and `IMAGE` in
+    /// `shaders/lib/lens_rays.wgsl`.
+    fn switches(&self) -> Switches {
+        Switches::of([
+            ("ASTIGMATIC", self.adaptive.lens.astigmatism_px != 0.0),
+            ("STAGGERED", self.peeled.staggered),
+            ("IMAGE", self.adaptive.is_image != 0),
+        ])
+    }
+
     /// Gathers the hits of every pixel's rays.
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
         let lights = match &self.peeled.lights {
@@ -71,13 +81,14 @@ impl Rays<'_> {
             None => frame.gpu().buffer("no lights", LIGHT_BYTES),
         };
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
-            let mut pass = frame.pass(&TRACE, entry).uniform("adaptive", self.adaptive);
+            let mut pass = frame.specialized_pass(&TRACE, entry, self.switches()).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
                 pass = pass
                     .buffer("lights", &lights)
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
-                    .texture("view_colors", &self.views.colors);
+                    .texture("view_colors", &self.views.colors)
+                    .texture("nearest_depths", &self.peeled.nearest);
                 pass = self.sheets.bind(pass);
             }
             let pass = pass
@@ -101,7 +112,7 @@ impl Rays<'_> {
         };
         let glow = frame.texture("glow", UVec2::from(self.adaptive.size), half);
         let pass = frame
-            .pass(&GLOW, "add_glow")
+            .specialized_pass(&GLOW, "add_glow", self.switches())
             .uniform("adaptive", self.adaptive)
             .buffer("tiles", &self.tiles.dilated)
             .uniform("highlights", &highlights.uniform)
@@ -111,6 +122,7 @@ impl Rays<'_> {
             .texture("aperture", &highlights.aperture)
             .texture("radii", &self.tiles.radii)
             .texture("sample_depths", &self.peeled.samples.depth)
+            .texture("nearest_depths", &self.peeled.nearest)
             .texture("new_glow", &glow);
         self.tiles.lists.dispatch(self.sheets.bind(pass), Class::Complex as u32);
         frame.expose("glow of highlights", &glow);
