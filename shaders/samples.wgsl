@@ -77,3 +77,55 @@ fn find_lights(@builtin(global_invocation_id) id: vec3u) {
     }
     lights[id.y * sampling.size.x + id.x] = light;
 }
+
+struct Marking {
+    /// Outer frame, px.
+    size: vec2u,
+    layers: u32,
+    /// Texels of the layers a pixel on each side.
+    texels_a_side: u32,
+}
+
+@group(1) @binding(0) var<uniform> marking: Marking;
+@group(1) @binding(1) var colors: texture_2d_array<f32>;
+@group(1) @binding(2) var depths: texture_2d_array<f32>;
+@group(1) @binding(3) var<storage, read> found_lights: array<Light>;
+@group(1) @binding(4) var<storage, read_write> light_tiles: array<u32>;
+
+/// Most layers, and texels a pixel on each side.
+const MOST_LAYERS = 4u;
+const MOST_TEXELS = 3u;
+
+/// Layers of the tile that hold light, a bit each.
+var<workgroup> layers_lit: atomic<u32>;
+
+/// The layers that hold light in a pixel, a bit each.
+fn lit_layers(pixel: vec2u) -> u32 {
+    var lit = u32(found_lights[pixel.y * marking.size.x + pixel.x].weight > 0.0);
+    let side = min(marking.texels_a_side, MOST_TEXELS);
+    for (var layer = 1u; layer < min(marking.layers, MOST_LAYERS); layer++) {
+        for (var i = 0u; i < side * side; i++) {
+            let texel = side * pixel + vec2u(i % side, i / side);
+            if textureLoad(depths, texel, layer, 0).r >= 0.0 {
+                let over = over_limit(textureLoad(colors, texel, layer, 0).rgb);
+                lit |= select(0u, 1u << layer, any(over > vec3f(0.0)));
+            }
+        }
+    }
+    return lit;
+}
+
+@compute @workgroup_size(8, 8)
+fn mark_lights(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    if all(id.xy < marking.size) {
+        atomicOr(&layers_lit, lit_layers(id.xy));
+    }
+    workgroupBarrier();
+    if index == 0u {
+        light_tiles[group.y * ((marking.size.x + 7u) / 8u) + group.x] = atomicLoad(&layers_lit);
+    }
+}

@@ -7,6 +7,8 @@
 
 /// The samples of the first layer.
 @group(0) @binding(1) var sample_colors: texture_2d<f32>;
+/// By tile, the buckets that have something in any pixel, a bit each: the others are not written.
+@group(0) @binding(6) var<storage, read> tile_buckets: array<u32>;
 @group(0) @binding(2) var buckets: texture_2d_array<f32>;
 @group(0) @binding(3) var glow: texture_2d<f32>;
 @group(0) @binding(4) var result: texture_storage_2d<COLOR_FORMAT, write>;
@@ -53,11 +55,14 @@ fn load_apron(tile: vec2u, i: u32) {
         atomicOr(&occupied, 1u << SHARP);
         return;
     }
+    let written = tile_buckets[u32(at.y) / TILE * adaptive.inner_tiles.x + u32(at.x) / TILE];
     var found = 0u;
     for (var b = 0u; b < BUCKETS; b++) {
-        let hit = textureLoad(buckets, at, b, 0);
-        apron[i][b] = packed(hit);
-        found |= u32(hit.w > 0.0) << b;
+        if (written & (1u << b)) != 0u {
+            let hit = textureLoad(buckets, at, b, 0);
+            apron[i][b] = packed(hit);
+            found |= u32(hit.w > 0.0) << b;
+        }
     }
     atomicOr(&occupied, found);
 }

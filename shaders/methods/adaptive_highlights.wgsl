@@ -14,6 +14,8 @@
 @group(0) @binding(3) var<storage, read> lights: array<Light>;
 @group(0) @binding(4) var colors: texture_2d_array<f32>;
 @group(0) @binding(5) var depth: texture_2d_array<f32>;
+/// By 8x8 pixels of the outer frame, the layers that hold light, a bit each.
+@group(0) @binding(10) var<storage, read> light_tiles: array<u32>;
 /// The number of emitters, then for each inner tile how many cover it.
 @group(0) @binding(6) var<storage, read_write> emitter_counts: array<atomic<u32>>;
 @group(0) @binding(7) var<storage, read_write> emitter_lists: array<u32>;
@@ -93,6 +95,9 @@ fn block_light(at: vec2i, layer: u32) -> Light {
         // Rays that leave the frame meet its border stretched outwards, and so does light.
         let pixel = vec2u(clamp(place, vec2i(0), vec2i(size) - 1));
         var light = Light();
+        if !holds_light(pixel, layer, size) {
+            continue;
+        }
         if layer == 0u {
             light = lights[pixel.y * size.x + pixel.x];
         } else {
@@ -104,6 +109,11 @@ fn block_light(at: vec2i, layer: u32) -> Light {
         }
     }
     return sum;
+}
+
+fn holds_light(pixel: vec2u, layer: u32, size: vec2u) -> bool {
+    let tile = pixel / TILE;
+    return (light_tiles[tile.y * ((size.x + TILE - 1u) / TILE) + tile.x] & (1u << layer)) != 0u;
 }
 
 /// log2 of the side, blocks, of a block's cell.

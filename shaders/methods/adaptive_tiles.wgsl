@@ -17,36 +17,33 @@
 /// By inner tile: s of the nearest and the farthest sheet that its rays can meet, the first the
 /// greater where there is none. One element is bound where there are no sheets at all.
 @group(0) @binding(11) var<storage, read> sheet_bounds: array<vec2f>;
+/// By tile of the layers, whether hidden ones may be seen there (src/view/peel.rs): they are empty
+/// elsewhere.
+@group(0) @binding(12) var<storage, read> needed: array<u32>;
 @group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
 
-// Of each tile in a row of eight.
-var<workgroup> bins_low: array<atomic<u32>, 8>;
-var<workgroup> bins_high: array<atomic<u32>, 8>;
-var<workgroup> farthest: array<atomic<u32>, 8>;
-var<workgroup> hidden: array<atomic<u32>, 8>;
-var<workgroup> hidden_by_front: array<atomic<u32>, 8>;
-/// Bits of a number that is not negative: they order as it does.
-var<workgroup> greatest_step: array<atomic<u32>, 8>;
+/// What the pixels of the tile have found, and then its rows of pixels.
+var<workgroup> found_in: array<Tile, 64>;
 
-/// What a column of texels adds to its tile: `marked` with the bins of all layers at a
-/// texel, whose radii are packed.
+/// What a texel adds to its tile: `marked` with the bins of all layers, whose radii are packed.
 fn mark_texel(at: vec2u, marked: Tile) -> Tile {
     var tile = marked;
     var s = vec4f(EMPTY_S);
-    for (var k = 0u; k < adaptive.layers; k++) {
+    let place = at / (TILE * adaptive.fineness);
+    let row = (textureDimensions(depth).x + TILE * adaptive.fineness - 1u) / (TILE * adaptive.fineness);
+    let layers = select(1u, adaptive.layers, needed[place.y * row + place.x] != 0u);
+    for (var k = 0u; k < layers; k++) {
         let z = textureLoad(depth, at, k, 0).r;
         if z < 0.0 {
             break;
         }
-        s[k] = s_of_depth(adaptive, z);
-        let bin = bin_of(adaptive, s[k]);
+        let met = s_of_depth(adaptive, z);
+        let bin = bin_of(adaptive, met);
         tile.low |= select(0u, 1u << (bin & 31u), bin < 32u);
         tile.high |= select(0u, 1u << (bin & 31u), bin >= 32u);
-        if k == 0u {
-            tile.farthest = max(tile.farthest, bin);
-        } else if k == 1u {
-            tile.hidden = max(tile.hidden, bin);
-        }
+        tile.farthest = max(tile.farthest, select(0u, bin, k == 0u));
+        tile.hidden = max(tile.hidden, select(0u, bin, k == 1u));
+        s = select(s, vec4f(met), vec4u(0u, 1u, 2u, 3u) == vec4u(k));
     }
     textureStore(radii, at, s);
     let last = textureDimensions(depth) - 1u;
@@ -69,62 +66,69 @@ fn hidden_at(at: vec2u, back: u32) -> u32 {
     return select(0u, second, second < BINS && in_front(adaptive, bin_at(at, 0u), back));
 }
 
-/// Texels of the part of a column of pixels that lies in the layers; `first` is its top left
-/// texel.
-struct Column {
-    first: vec2i,
-    rows: u32,
-}
-
-fn texel_of(column: Column, i: u32) -> vec2i {
-    return column.first + vec2i(vec2u(i % adaptive.fineness, i / adaptive.fineness));
-}
-
 fn is_texel(at: vec2i) -> bool {
     return all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(depth)));
 }
 
-/// Each row of invocations looks at one tile, a column of pixels each: what they find is
-/// merged once for each column.
+fn both(a: Tile, b: Tile) -> Tile {
+    var tile = a;
+    tile.low |= b.low;
+    tile.high |= b.high;
+    tile.farthest = max(a.farthest, b.farthest);
+    tile.hidden = max(a.hidden, b.hidden);
+    tile.hidden_by_front = max(a.hidden_by_front, b.hidden_by_front);
+    tile.step_s = max(a.step_s, b.step_s);
+    return tile;
+}
+
+/// Leaves in the first element of `found_in` what all of them have found.
+fn merge_found(index: u32) {
+    workgroupBarrier();
+    if index % TILE == 0u {
+        for (var i = 1u; i < TILE; i++) {
+            found_in[index] = both(found_in[index], found_in[index + i]);
+        }
+    }
+    workgroupBarrier();
+    if index == 0u {
+        for (var i = 1u; i < TILE; i++) {
+            found_in[0] = both(found_in[0], found_in[TILE * i]);
+        }
+    }
+    workgroupBarrier();
+}
+
+/// A workgroup looks at a tile, each invocation at a pixel.
 @compute @workgroup_size(8, 8)
-fn mark_tiles(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_id) local: vec3u) {
-    let place = vec2u(TILE * group.x + local.y, group.y);
-    let pixel = vec2i(place * TILE + vec2u(local.x, 0u) + adaptive.overscan) - i32(adaptive.first_tile * TILE);
-    let column = Column(pixel * i32(adaptive.fineness), TILE * adaptive.fineness);
-    let texels = select(0u, column.rows * adaptive.fineness, all(place < adaptive.tiles));
+fn mark_tiles(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let k = adaptive.fineness;
+    let pixel = vec2i(group.xy * TILE + local.xy + adaptive.overscan) - i32(adaptive.first_tile * TILE);
     var found = Tile();
-    for (var i = 0u; i < texels; i++) {
-        let at = texel_of(column, i);
+    for (var i = 0u; i < k * k; i++) {
+        let at = pixel * i32(k) + vec2i(vec2u(i % k, i / k));
         if is_texel(at) {
             found = mark_texel(vec2u(at), found);
         }
     }
-    atomicOr(&bins_low[local.y], found.low);
-    atomicOr(&bins_high[local.y], found.high);
-    atomicMax(&farthest[local.y], found.farthest);
-    atomicMax(&hidden[local.y], found.hidden);
-    atomicMax(&greatest_step[local.y], bitcast<u32>(found.step_s));
+    found_in[index] = found;
+    merge_found(index);
+    let tile = found_in[0];
     workgroupBarrier();
-    if adaptive.layers > 1u {
-        let back = atomicLoad(&farthest[local.y]);
-        for (var i = 0u; i < texels; i++) {
-            let at = texel_of(column, i);
-            if is_texel(at) {
-                found.hidden_by_front = max(found.hidden_by_front, hidden_at(vec2u(at), back));
-            }
+    // Where the tile has hidden surfaces.
+    for (var i = 0u; i < select(0u, k * k, tile.hidden > 0u); i++) {
+        let at = pixel * i32(k) + vec2i(vec2u(i % k, i / k));
+        if is_texel(at) {
+            found.hidden_by_front = max(found.hidden_by_front, hidden_at(vec2u(at), tile.farthest));
         }
-        atomicMax(&hidden_by_front[local.y], found.hidden_by_front);
     }
-    workgroupBarrier();
-    if local.x == 0u && all(place < adaptive.tiles) {
-        var tile = Tile();
-        tile.low = atomicLoad(&bins_low[local.y]);
-        tile.high = atomicLoad(&bins_high[local.y]);
-        tile.farthest = atomicLoad(&farthest[local.y]);
-        tile.hidden = atomicLoad(&hidden[local.y]);
-        tile.hidden_by_front = atomicLoad(&hidden_by_front[local.y]);
-        tile.step_s = bitcast<f32>(atomicLoad(&greatest_step[local.y]));
-        marked[place.y * adaptive.tiles.x + place.x] = tile;
+    found_in[index] = found;
+    merge_found(index);
+    if index == 0u {
+        marked[group.y * adaptive.tiles.x + group.x] = found_in[0];
     }
 }
 
@@ -146,11 +150,11 @@ fn reaching_bins(tiles: u32) -> vec2u {
 
 fn merged(tile: Tile, other: Tile, tiles: u32) -> Tile {
     let mask = reaching_bins(tiles) & vec2u(other.low, other.high);
-    var both = tile;
-    both.low |= mask.x;
-    both.high |= mask.y;
-    both.step_s = max(both.step_s, select(0.0, other.step_s, any(mask != vec2u(0u))));
-    return both;
+    var sum = tile;
+    sum.low |= mask.x;
+    sum.high |= mask.y;
+    sum.step_s = max(sum.step_s, select(0.0, other.step_s, any(mask != vec2u(0u))));
+    return sum;
 }
 
 /// The farthest bin that a ray from a tile can meet. Where the farthest surface that the

@@ -16,6 +16,10 @@
 
 /// What is far brighter than white, by pixel of the outer frame; one element where nothing is.
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
+/// By 8x8 pixels of the outer frame, not 0 where there is any; one element where nothing is.
+@group(0) @binding(6) var<storage, read> light_tiles: array<u32>;
+/// By tile of the inner frame, the buckets that have something in any pixel, a bit each.
+@group(0) @binding(5) var<storage, read_write> tile_buckets: array<u32>;
 
 /// The layer that was hit, 0 the nearest.
 fn layer_number(hit: Hit) -> f32 {
@@ -24,9 +28,36 @@ fn layer_number(hit: Hit) -> f32 {
 
 var<private> sums: array<vec4f, BUCKETS>;
 
-fn store_sums(pixel: vec2u, hits: f32) {
+/// Buckets that have something in any pixel of the tile, a bit each.
+var<workgroup> found_buckets: atomic<u32>;
+
+/// Says which buckets the pixel has something in.
+fn note_buckets() {
+    var found = 0u;
     for (var b = 0u; b < BUCKETS; b++) {
-        textureStore(new_buckets, pixel, b, sums[b] / hits);
+        found |= select(0u, 1u << b, sums[b].w != 0.0);
+    }
+    atomicOr(&found_buckets, found);
+}
+
+/// Stores the buckets that any pixel of the tile has something in: the others are not read.
+fn store_sums(pixel: vec2u, hits: f32) {
+    let found = atomicLoad(&found_buckets);
+    if all(pixel % TILE == vec2u(0u)) {
+        let tile = pixel / TILE;
+        tile_buckets[tile.y * adaptive.inner_tiles.x + tile.x] = found;
+    }
+    for (var b = 0u; b < BUCKETS; b++) {
+        if adaptive.diagnose != 0u || (found & (1u << b)) != 0u {
+            textureStore(new_buckets, pixel, b, sums[b] / hits);
+        }
+    }
+}
+
+/// Adds to a bucket: a loop over all, as what is indexed at run time leaves the registers.
+fn add_to(bucket: u32, light: vec4f) {
+    for (var b = 0u; b < BUCKETS; b++) {
+        sums[b] += select(vec4f(0.0), light, b == bucket);
     }
 }
 
@@ -53,7 +84,7 @@ fn noise_left(bucket: u32) -> f32 {
 /// Adds what ray `number` meets at s: light, and the share of the ray that ends there.
 fn add_light(s: f32, light: vec4f, number: u32) {
     let bucket = bucket_of(s);
-    sums[bucket] += light;
+    add_to(bucket, light);
     hit_count += light.a;
     imbalance += select(-1.0, 1.0, (number & 1u) == 0u) * light.rgb;
     unfiltered = max(unfiltered, noise_left(bucket));
@@ -146,6 +177,9 @@ fn find_bright(tile: vec2u, index: u32) {
     let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, has_lights & !IMAGE);
     for (var i = index; i < count; i += 64u) {
         let at = clamp_to_image(first + vec2i(vec2u(i % BRIGHT_SIDE, i / BRIGHT_SIDE)), outer);
+        if (light_tiles[u32(at.y) / TILE * ((outer.x + TILE - 1u) / TILE) + u32(at.x) / TILE] & 1u) == 0u {
+            continue;
+        }
         let light = lights[u32(at.y) * outer.x + u32(at.x)];
         if light.weight > 0.0 {
             let s = s_of_depth(adaptive, light.z / light.weight);
@@ -185,16 +219,18 @@ fn trace_complex(
         atomicAdd(&tile_error[k], u32(1e6 * estimated_error()));
         workgroupBarrier();
     }
-    if !inside {
-        return;
-    }
     let missed = f32(rays) - hit_count;
-    if hit_count == 0.0 {
+    if hit_count == 0.0 && inside {
         // Nothing but cracks: what the pinhole sees.
         let own = radii_at(p).x;
         let color = pinhole_color(p);
-        sums[bucket_of(own)] = vec4f(color, 1.0);
+        add_to(bucket_of(own), vec4f(color, 1.0));
         hit_count = 1.0;
+    }
+    note_buckets();
+    workgroupBarrier();
+    if !inside {
+        return;
     }
     store_sums(pixel, hit_count);
     if adaptive.diagnose != 0u {
@@ -275,6 +311,40 @@ fn mean_of_squares(p: vec2f, own: f32) -> vec3f {
     return select(pinhole_color(p), sum.rgb / max(sum.a, 1e-9), sum.a > 0.0);
 }
 
+/// What the rays of a pixel have met.
+struct Met {
+    hits: f32,
+    /// Rays cast, texels read, sum of the layers, rays that hit nothing.
+    counts: vec4f,
+}
+
+/// Gathers what the rays of a pixel meet where all surfaces have about the s of its own.
+fn meet_all(p: vec2f, index: u32) -> Met {
+    let own = radii_at(p).x;
+    if IMAGE && adaptive.is_disc != 0u && abs(own) * adaptive.lens_radius <= NEIGHBOUR_REACH_PX {
+        add_to(bucket_of(own), vec4f(mean_of_squares(p, own), 1.0));
+        return Met(1.0, vec4f(1.0, 9.0, 0.0, 0.0));
+    }
+    var hits = 0.0;
+    var layers_hit = 0.0;
+    for (var i = 0u; i < adaptive.points; i++) {
+        let v = lens_points[index * adaptive.most_points + i];
+        let hit = meet(p, v, own);
+        if hit.layer >= 0 {
+            add_to(bucket_of(hit.s), vec4f(smooth_color_of(hit, p, v), 1.0));
+            hits += 1.0;
+            layers_hit += layer_number(hit);
+        }
+    }
+    let rays = f32(adaptive.points);
+    let counts = vec4f(rays, 2.0 * rays, layers_hit, rays - hits);
+    if hits == 0.0 {
+        add_to(bucket_of(own), vec4f(pinhole_color(p), 1.0));
+        return Met(1.0, counts);
+    }
+    return Met(hits, counts);
+}
+
 /// Surfaces of about one CoC, in front of which only what is in focus may lie: no march.
 @compute @workgroup_size(8, 8)
 fn trace_uniform(
@@ -283,38 +353,18 @@ fn trace_uniform(
     @builtin(local_invocation_index) index: u32,
 ) {
     let pixel = listed_tile(group) * TILE + local.xy;
-    if any(pixel >= adaptive.size) {
+    let inside = all(pixel < adaptive.size);
+    var found = Met();
+    if inside {
+        found = meet_all(vec2f(pixel + adaptive.overscan) + 0.5, index);
+        note_buckets();
+    }
+    workgroupBarrier();
+    if !inside {
         return;
     }
-    let p = vec2f(pixel + adaptive.overscan) + 0.5;
-    let own = radii_at(p).x;
-    if IMAGE && adaptive.is_disc != 0u && abs(own) * adaptive.lens_radius <= NEIGHBOUR_REACH_PX {
-        sums[bucket_of(own)] = vec4f(mean_of_squares(p, own), 1.0);
-        store_sums(pixel, 1.0);
-        if adaptive.diagnose != 0u {
-            textureStore(counts, pixel, vec4f(1.0, 9.0, 0.0, 0.0));
-        }
-        return;
-    }
-    var hits = 0.0;
-    var layers_hit = 0.0;
-    for (var i = 0u; i < adaptive.points; i++) {
-        let v = lens_points[index * adaptive.most_points + i];
-        let hit = meet(p, v, own);
-        if hit.layer >= 0 {
-            sums[bucket_of(hit.s)] += vec4f(smooth_color_of(hit, p, v), 1.0);
-            hits += 1.0;
-            layers_hit += layer_number(hit);
-        }
-    }
-    let missed = f32(adaptive.points) - hits;
-    if hits == 0.0 {
-        sums[bucket_of(own)] = vec4f(pinhole_color(p), 1.0);
-        hits = 1.0;
-    }
-    store_sums(pixel, hits);
+    store_sums(pixel, found.hits);
     if adaptive.diagnose != 0u {
-        let rays = f32(adaptive.points);
-        textureStore(counts, pixel, vec4f(rays, 2.0 * rays, layers_hit, missed));
+        textureStore(counts, pixel, found.counts);
     }
 }

@@ -23,6 +23,9 @@ pub struct Peeled {
     pub depth: Texture,
     /// Number of layers; the arrays may have more.
     pub layers: u32,
+    /// By tile of 8x8 px of the outer frame, u32, row by row: not 0 where hidden layers may be seen. They
+    /// are empty elsewhere.
+    pub hidden_needed: Buffer,
     /// Fine texels a pixel on each side. Texel `fineness * i` is the sample at the centre
     /// of pixel i.
     pub fineness: u32,
@@ -191,12 +194,16 @@ impl View {
             }
         }
         reduce(frame, &color, outer);
+        if let Some(lights) = &lights {
+            lights.mark_tiles(frame, &color, &depth, count, fineness);
+        }
         let samples_a_side = fineness * draws;
         let nearest = nearest::nearest_depths(frame, &samples.depth, self.projection.outer_size(), samples_a_side);
         let peeled = Peeled {
             color,
             depth,
             layers: count,
+            hidden_needed: needed,
             fineness,
             samples,
             samples_a_side,

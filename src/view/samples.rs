@@ -7,6 +7,7 @@
 use super::{Layer, View, ViewError};
 use crate::gpu::{Buffer, Frame, Shader, Texture};
 use crate::{shader, uniform};
+use glam::UVec2;
 
 const SHADER: Shader = shader!("samples");
 
@@ -37,6 +38,8 @@ uniform! {
 pub struct Lights {
     /// `Light` in `shaders/lib/emitters.wgsl`, by pixel.
     pub buffer: Buffer,
+    /// By tile of 8x8 px, u32, row by row: bit k is set where layer k holds any.
+    pub tiles: Buffer,
     /// Distance of samples, px.
     pub sample_px: f32,
 }
@@ -66,6 +69,44 @@ pub(super) struct Samples {
     pub lights: bool,
 }
 
+/// Tiles of 8x8 px of an image of `size` px.
+fn tile_count(size: UVec2) -> u64 {
+    let tiles = size.map(|side| side.div_ceil(8));
+    u64::from(tiles.x) * u64::from(tiles.y)
+}
+
+uniform! {
+    struct Marking {
+        size: [u32; 2],
+        layers: u32,
+        texels_a_side: u32,
+    }
+}
+
+impl Lights {
+    /// Records the pass that finds in which tiles any of the first `layers` layers of `color` and `depth`
+    /// holds light, with so many texels a pixel on each side.
+    pub(super) fn mark_tiles(
+        &self,
+        frame: &mut Frame<'_>,
+        color: &Texture,
+        depth: &Texture,
+        layers: u32,
+        texels_a_side: u32,
+    ) {
+        let size = depth.size() / texels_a_side;
+        let marking = Marking { size: size.to_array(), layers, texels_a_side };
+        frame
+            .pass(&SHADER, "mark_lights")
+            .uniform("marking", &marking)
+            .texture("colors", color)
+            .texture("depths", depth)
+            .buffer("found_lights", &self.buffer)
+            .buffer("light_tiles", &self.tiles)
+            .dispatch(size);
+    }
+}
+
 impl View {
     /// Samples the first layer.
     pub(super) fn sampled(&mut self, frame: &mut Frame<'_>, order: &Samples) -> Result<Sampled, ViewError> {
@@ -75,6 +116,7 @@ impl View {
         let samples = self.fine_samples(frame, samples_a_side)?;
         let lights = (order.lights && self.brightest(frame) > HIGHLIGHT_LIMIT).then(|| Lights {
             buffer: frame.gpu().scratch("lights", LIGHT_BYTES * u64::from(size.x) * u64::from(size.y)),
+            tiles: frame.gpu().scratch("tiles with lights", 4 * tile_count(size)),
             sample_px: 1.0 / samples_a_side as f32,
         });
         let sampling = Sampling {

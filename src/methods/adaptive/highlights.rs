@@ -91,6 +91,7 @@ impl Highlights {
                 .uniform("adaptive", adaptive)
                 .uniform("highlights", &HighlightsUniform { block_px, margin_tiles, ..found.uniform })
                 .buffer("lights", &lights.buffer)
+                .buffer("light_tiles", &lights.tiles)
                 .texture("colors", &peeled.color)
                 .texture("depth", &peeled.depth)
                 .buffer("emitter_counts", &found.counts)

@@ -25,6 +25,14 @@ enum Class {
     Complex = 2,
 }
 
+/// What rays hit, by bucket of s.
+struct Buckets {
+    /// Premultiplied hits, one array layer a bucket.
+    hits: Texture,
+    /// By tile of the inner frame the buckets that have something, a bit each: the others are not written.
+    in_tiles: Buffer,
+}
+
 /// What the rays of a frame read.
 pub(super) struct Rays<'a> {
     pub adaptive: &'a AdaptiveUniform,
@@ -41,7 +49,11 @@ impl Rays<'_> {
     pub fn record(&self, frame: &mut Frame<'_>) -> Texture {
         let (size, half) = (UVec2::from(self.adaptive.size), wgpu::TextureFormat::Rgba16Float);
         let key = TextureKey { size, levels: 1, layers: BUCKETS, format: half };
-        let buckets = frame.gpu().texture_of("buckets", key);
+        let [columns, rows] = self.adaptive.inner_tiles.map(u64::from);
+        let buckets = Buckets {
+            hits: frame.gpu().texture_of("buckets", key),
+            in_tiles: frame.gpu().scratch("buckets of tiles", 4 * columns * rows),
+        };
         let looked_at = self.adaptive.diagnose != 0;
         let counts = frame.texture("counts", if looked_at { size } else { UVec2::ONE }, half);
         self.trace(frame, &buckets, &counts);
@@ -51,7 +63,8 @@ impl Rays<'_> {
             let pass = self
                 .composite_pass(frame, "composite")
                 .buffer("tiles", &self.tiles.dilated)
-                .texture("buckets", &buckets)
+                .texture("buckets", &buckets.hits)
+                .buffer("tile_buckets", &buckets.in_tiles)
                 .texture("glow", &glow)
                 .texture("result", &result);
             self.tiles.lists.dispatch(pass, class as u32);
@@ -59,7 +72,7 @@ impl Rays<'_> {
         let pass = self.composite_pass(frame, "copy_sharp").texture("counts", &counts).texture("result", &result);
         self.tiles.lists.dispatch(pass, Class::Copy as u32);
         if looked_at {
-            explain(frame, &self.tiles.classes, &counts, &buckets);
+            explain(frame, &self.tiles.classes, &counts, &buckets.hits);
         }
         result
     }
@@ -75,16 +88,17 @@ impl Rays<'_> {
     }
 
     /// Gathers the hits of every pixel's rays.
-    fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
-        let lights = match &self.peeled.lights {
-            Some(lights) => lights.buffer.clone(),
-            None => frame.gpu().buffer("no lights", LIGHT_BYTES),
+    fn trace(&self, frame: &mut Frame<'_>, buckets: &Buckets, counts: &Texture) {
+        let (lights, light_tiles) = match &self.peeled.lights {
+            Some(lights) => (lights.buffer.clone(), lights.tiles.clone()),
+            None => (frame.gpu().buffer("no lights", LIGHT_BYTES), frame.gpu().buffer("no tiles with lights", 4)),
         };
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
             let mut pass = frame.specialized_pass(&TRACE, entry, self.switches()).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
                 pass = pass
                     .buffer("lights", &lights)
+                    .buffer("light_tiles", &light_tiles)
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
                     .texture("view_colors", &self.views.colors)
@@ -98,7 +112,8 @@ impl Rays<'_> {
                 .texture("sample_depths", &self.peeled.samples.depth)
                 .sampler("linear_clamp", SamplerKind::Linear)
                 .buffer("lens_points", self.points)
-                .texture("new_buckets", buckets)
+                .texture("new_buckets", &buckets.hits)
+                .buffer("tile_buckets", &buckets.in_tiles)
                 .texture("counts", counts);
             self.tiles.lists.dispatch(pass, class as u32);
         }

@@ -116,8 +116,9 @@ pub(super) fn build(
         .uniform("adaptive", adaptive)
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)
+        .buffer("needed", &peeled.hidden_needed)
         .buffer("marked", &marked)
-        .dispatch_groups(outer.x.div_ceil(TILE_PX), outer.y, 1);
+        .dispatch_groups(outer.x, outer.y, 1);
     let highlights = peeled.lights.as_ref().map(|lights| Highlights::find(frame, lens, lights, peeled, adaptive));
     let emitter_counts = match &highlights {
         Some(highlights) => highlights.counts.clone(),
