@@ -249,6 +249,14 @@ fn in_layer(pixel: vec4f) -> bool {
     return pixel.z >= view.z_far && pixel.z <= view.z_near && pixel.z < limit_at(pixel);
 }
 
+/// Whether any fragment of a quad is one that counts: all of the quad has to be shaded then,
+/// for the derivatives of texture coordinates.
+fn any_of_quad(counts: bool) -> bool {
+    let own = select(0.0, 1.0, counts);
+    let of_row = max(own, abs(dpdxFine(own)));
+    return max(of_row, abs(dpdyFine(of_row))) > 0.0;
+}
+
 /// Opaque surfaces of the nearest layer: no fragment is dropped.
 @fragment
 fn fs_opaque(in: Surface, @builtin(front_facing) front: bool) -> Layer {
@@ -269,9 +277,13 @@ fn fs_masked(in: Surface, @builtin(front_facing) front: bool) -> Layer {
 /// Surfaces, opaque or masked, of a farther layer or a slab.
 @fragment
 fn fs_layer(in: Surface, @builtin(front_facing) front: bool) -> Layer {
+    let belongs = in_layer(in.clip);
+    if !any_of_quad(belongs) {
+        discard;
+    }
     let base = base_color(in);
     let color = radiance(in, front, base);
-    if base.a < material.alpha_cutoff || !in_layer(in.clip) {
+    if base.a < material.alpha_cutoff || !belongs {
         discard;
     }
     return layer(color, in.clip.z);
@@ -336,8 +348,12 @@ const LEAST_COVERAGE = 1.0 / 512.0;
 /// Sheets that lie below a bound, with their coverage as alpha.
 @fragment
 fn fs_sheet(in: Sheet, @builtin(front_facing) front: bool) -> Layer {
+    let belongs = in_layer(in.clip);
+    if !any_of_quad(belongs) {
+        discard;
+    }
     let seen = sheet_seen(surface_of(in), front);
-    if seen.a < LEAST_COVERAGE || !in_layer(in.clip) {
+    if seen.a < LEAST_COVERAGE || !belongs {
         discard;
     }
     return Layer(vec4f(layer(seen.rgb, 0.0).color.rgb, seen.a), in.clip.z);
@@ -362,6 +378,10 @@ fn unshaded(color: vec3f, z: f32) -> Attributes {
 
 @fragment
 fn fs_attributes(in: Surface, @builtin(front_facing) front: bool) -> Attributes {
+    let belongs = in_layer(in.clip);
+    if !any_of_quad(belongs) {
+        discard;
+    }
     let base = base_color(in);
     var point = SurfacePoint(in.position, vec3f(0.0), vec3f(0.0), 0.0, 0.0, base.rgb);
     var color = base.rgb;
@@ -369,7 +389,7 @@ fn fs_attributes(in: Surface, @builtin(front_facing) front: bool) -> Attributes 
         point = surface_point(in, front, base);
         color = lit(point);
     }
-    if base.a < material.alpha_cutoff || !in_layer(in.clip) {
+    if base.a < material.alpha_cutoff || !belongs {
         discard;
     }
     let seen = layer(color, in.clip.z).color;
@@ -485,14 +505,6 @@ fn slabs_of(pixel: vec4f) -> u32 {
         }
     }
     return found;
-}
-
-/// Whether any fragment of a quad is one that counts: all of the quad has to be shaded then,
-/// for the derivatives of texture coordinates.
-fn any_of_quad(counts: bool) -> bool {
-    let own = select(0.0, 1.0, counts);
-    let of_row = max(own, abs(dpdxFine(own)));
-    return max(of_row, abs(dpdyFine(of_row))) > 0.0;
 }
 
 fn finite_color(rgb: vec3f) -> vec3f {

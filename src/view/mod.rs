@@ -115,6 +115,8 @@ pub struct View {
     depth_m: Option<Arc<DepthImage>>,
     repaired: Repaired,
     fine_drawing: Option<FineDrawing>,
+    /// Layers have one texel a pixel, and one sample.
+    draft: bool,
     /// What becomes of colours before they are blurred.
     tone: Tone,
     /// Of a view of an image, its colours as they came, once others are given.
@@ -203,6 +205,7 @@ impl View {
             depth_m: None,
             repaired: Repaired::Counted(0),
             fine_drawing: None,
+            draft: false,
             tone: Tone::Linear,
             linear_image: None,
             without_sheets: false,
@@ -271,6 +274,16 @@ impl View {
         self.fine_drawing = Some(drawing);
         self.peeled = None;
         self.solid = None;
+    }
+
+    /// Draws layers of several texels a pixel with one, as for a picture that is replaced soon: while the
+    /// camera moves, drawing them takes most of a frame's time. What was drawn otherwise is drawn anew
+    /// when it is next asked for; the pinhole image stays.
+    pub fn set_draft(&mut self, draft: bool) {
+        self.draft = draft;
+        if let Some(solid) = &mut self.solid {
+            solid.draft = draft;
+        }
     }
 
     fn forget(&mut self) {

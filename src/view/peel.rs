@@ -143,7 +143,11 @@ impl View {
             // As many samples as an adapter's textures hold.
             let most = frame.gpu().device().limits().max_texture_dimension_2d;
             let fitting = most / (fineness * self.projection.outer_size().max_element());
-            PeelOrder { count, fineness, draws: order.draws.min(fitting).clamp(1, MAX_DRAWS), ..*order }
+            let draws = order.draws.min(fitting).clamp(1, MAX_DRAWS);
+            match self.draft {
+                true => PeelOrder { count, fineness: 1, draws: 1, ..*order },
+                false => PeelOrder { count, fineness, draws, ..*order },
+            }
         } else {
             PeelOrder { count: order.count.max(1), fineness: 1, draws: 1, ..*order }
         };

@@ -68,6 +68,7 @@ impl View {
             let mut solid = Self::new(Source::Scene(Box::new(source)), self.projection);
             solid.without_sheets = true;
             solid.fine_drawing = self.fine_drawing;
+            solid.draft = self.draft;
             solid.keep_promises_of(self);
             self.solid = Some(Box::new(solid));
         }

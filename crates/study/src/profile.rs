@@ -19,7 +19,7 @@ pub enum While {
     Still,
     /// The focus distance, by a hundredth: what depends on the lens is made anew.
     Lens,
-    /// The camera: the scene is drawn anew.
+    /// The camera: the scene is drawn anew, as a draft ([`View::set_draft`]).
     Camera,
 }
 
@@ -92,6 +92,9 @@ pub fn profile(
     request: &ProfileRequest,
     progress: &mut Progress<'_>,
 ) -> Result<MethodProfile, StudyError> {
+    // It holds nothing that another method left there, and is a draft while the camera moves.
+    view.redraw();
+    view.set_draft(request.during == While::Camera);
     let mut stage = Stage { gpu, view, lens, method, during: request.during, frames: 0 };
     for _ in 0..WARM_UP {
         let mut frame = gpu.frame();

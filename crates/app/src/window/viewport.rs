@@ -182,6 +182,7 @@ impl App {
         request.development.coc_scale_px = self.choose_coc_scale();
         self.viewport.watch_motion(now_s, &request);
         request.is_moving = self.viewport.is_moving;
+        request.exposure.draft = self.viewport.is_camera_moving;
         self.viewport.filter = self.chosen_filter(ctx.pixels_per_point());
         match self.update_eyes(&mut request) {
             Ok(news) => {

@@ -26,12 +26,14 @@ pub struct Viewport {
     pub(super) hovered: Option<PaneId>,
     pub(super) blinking: bool,
     pub(super) last_motion_s: f64,
+    pub(super) last_camera_motion_s: f64,
     pub(super) last_input_s: f64,
     /// Whether what is dragged is the divider.
     pub(super) dividing: bool,
     /// What pictures depended on in the frame before.
     pub(super) depended_on: Option<(Exposure, Vec<MethodChoice>)>,
     pub(super) is_moving: bool,
+    pub(super) is_camera_moving: bool,
     pub(super) filter: wgpu::FilterMode,
     /// |c| at the ends of the CoC's colour map, px.
     pub(super) coc_scale_px: f32,
@@ -52,10 +54,12 @@ impl Default for Viewport {
             hovered: None,
             blinking: false,
             last_motion_s: f64::NEG_INFINITY,
+            last_camera_motion_s: f64::NEG_INFINITY,
             last_input_s: f64::NEG_INFINITY,
             dividing: false,
             depended_on: None,
             is_moving: false,
+            is_camera_moving: false,
             filter: wgpu::FilterMode::Linear,
             coc_scale_px: 1.0,
             hint: true,
@@ -115,11 +119,15 @@ impl Viewport {
     pub(super) fn watch_motion(&mut self, now_s: f64, request: &Request) {
         let methods = request.panes.iter().map(|pane| pane.method.clone()).collect();
         let now = (request.exposure.clone(), methods);
+        if self.depended_on.as_ref().is_some_and(|(before, _)| before.camera != request.exposure.camera) {
+            self.last_camera_motion_s = now_s;
+        }
         if self.depended_on.as_ref().is_some_and(|before| *before != now) {
             self.last_motion_s = now_s;
         }
         self.depended_on = Some(now);
         self.is_moving = now_s - self.last_motion_s < REST_SECONDS;
+        self.is_camera_moving = now_s - self.last_camera_motion_s < REST_SECONDS;
     }
 
     /// Takes the room that there is: that of the largest area, so that a picture as large as

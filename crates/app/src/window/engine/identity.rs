@@ -58,6 +58,9 @@ impl Identity {
         if was.camera != is.camera {
             departures.push("another view".into());
         }
+        if was.draft != is.draft && was.camera == is.camera {
+            departures.push("a draft".into());
+        }
         if was.overscan_px != is.overscan_px {
             departures.push(format!("{} px of overscan", was.overscan_px));
         }
@@ -115,7 +118,8 @@ mod tests {
     use glam::uvec2;
 
     fn identity() -> Identity {
-        let exposure = Exposure { camera: None, size: uvec2(64, 48), overscan_px: 0, lens: Lens::PINHOLE };
+        let exposure =
+            Exposure { camera: None, size: uvec2(64, 48), overscan_px: 0, lens: Lens::PINHOLE, draft: false };
         Identity { world: 1, method: MethodChoice::new("mipmap"), exposure, samples: None }
     }
 

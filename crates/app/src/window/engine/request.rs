@@ -19,15 +19,23 @@ pub struct Exposure {
     pub overscan_px: u32,
     /// The lens.
     pub lens: Lens,
+    /// Whether it is replaced soon ([`View::set_draft`](defocus::view::View::set_draft)).
+    pub draft: bool,
 }
 
 impl Exposure {
     /// What `document` asks for in a picture of `size` px through `lens`.
     pub fn of(document: &Document, size: UVec2, lens: Lens) -> Self {
-        Self { camera: document.camera, size: size.max(UVec2::ONE), overscan_px: document.overscan_px, lens }
+        Self {
+            camera: document.camera,
+            size: size.max(UVec2::ONE),
+            overscan_px: document.overscan_px,
+            lens,
+            draft: false,
+        }
     }
 
-    /// The same `divisor` times smaller: lengths in pixels shrink with the picture, so that
+    /// A draft of the same, `divisor` times smaller: lengths in pixels shrink with the picture, so that
     /// the blur covers the same part of it.
     pub(super) fn coarser(&self, divisor: u32) -> Self {
         if divisor <= 1 {
@@ -40,6 +48,7 @@ impl Exposure {
             size: (self.size.as_dvec2() * scale).round().as_uvec2().max(UVec2::ONE),
             overscan_px: (f64::from(self.overscan_px) * scale).round() as u32,
             lens: Lens { density_px_per_mm: lens.density_px_per_mm * scale, ..lens },
+            draft: true,
         }
     }
 }

@@ -41,7 +41,8 @@ impl Views {
             Which::Full => &mut self.full,
             Which::Coarse => &mut self.coarse,
         };
-        if slot.as_ref().is_some_and(|seen| seen.is_of(exposure)) {
+        if let Some(seen) = slot.as_mut().filter(|seen| seen.is_of(exposure)) {
+            seen.view.set_draft(exposure.draft);
             return Ok(false);
         }
         let Exposure { camera, size, overscan_px, .. } = *exposure;
@@ -56,6 +57,7 @@ impl Views {
         if let Some(camera) = camera {
             view.set_camera(camera);
         }
+        view.set_draft(exposure.draft);
         *slot = Some(Seen { view, camera, size, overscan_px });
         Ok(true)
     }
