@@ -105,6 +105,9 @@ const BUCKETS = 5u;
 /// The bucket in focus, which is not filtered.
 const SHARP = 2u;
 
+/// Stands beside the bits of a tile's buckets where the tile is in focus.
+const IN_FOCUS_TILE = 0x80000000u;
+
 const COPY = 0u;
 const UNIFORM = 1u;
 const COMPLEX = 2u;

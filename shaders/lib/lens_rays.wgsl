@@ -23,6 +23,8 @@ override ASTIGMATIC: bool = true;
 override STAGGERED: bool = true;
 /// Whether what is seen is an image with depth.
 override IMAGE: bool = true;
+/// Whether there are sheets.
+override SHEETS: bool = true;
 
 /// s of up to four layers, nearest first.
 @group(2) @binding(0) var radii: texture_2d<f32>;
@@ -138,33 +140,52 @@ fn is_fine(s: f32) -> bool {
     return s >= -fine_up_to_s() && s < fine_up_to_s();
 }
 
+/// What a ray's steps are like.
+struct Steps {
+    /// Length, px of s, of a step near focus, and of one elsewhere.
+    fine: f32,
+    wide: f32,
+    /// Half of the way, px of s, over which the coarse layer of `nearest_depths` and the finest one know
+    /// what a ray may meet.
+    coarse_reach: f32,
+    near_reach: f32,
+}
+
+fn steps_of(v: vec2f) -> Steps {
+    let s_per_px = 1.0 / max(length(v), 1e-3);
+    // Between two steps of a ray through an image lies at most the corner of a pixel.
+    let samples_a_side = select(adaptive.samples_a_side, 2u, IMAGE);
+    let fine_px = select(2.0, 1.0 / f32(samples_a_side), samples_a_side > 1u);
+    // Windows are squares.
+    let s_per_side = 1.0 / max(max(abs(v.x), abs(v.y)), 1e-3);
+    return Steps(
+        fine_px * s_per_px,
+        2.0 * s_per_px,
+        adaptive.free_px[adaptive.coarse_layer] * s_per_side,
+        adaptive.free_px.x * s_per_side,
+    );
+}
+
 /// Where the steps of a ray from s = `start` on, in a run that ends at `end`, change their length at
 /// the latest, px of s.
 fn same_steps_up_to(start: f32, end: f32) -> f32 {
-    if start < fine_up_to_s() {
-        return min(end, select(-fine_up_to_s(), fine_up_to_s(), is_fine(start)));
-    }
-    return end;
+    let fine_s = fine_up_to_s();
+    let limit = select(-fine_s, fine_s, start >= -fine_s);
+    return select(end, min(end, limit), start < fine_s);
 }
 
 /// Length, px of s, of the step of a ray that starts at `start` in a run that ends at `end`.
-fn step_from(start: f32, end: f32, v: vec2f) -> f32 {
-    let fine = is_fine(start);
-    // Between two steps of a ray through an image lies at most the corner of a pixel.
-    let samples_a_side = select(adaptive.samples_a_side, 2u, IMAGE);
-    let px = select(2.0, 1.0 / f32(samples_a_side), fine && samples_a_side > 1u);
-    return min(px / max(length(v), 1e-3), same_steps_up_to(start, end) - start);
+fn step_from(steps: Steps, start: f32, end: f32) -> f32 {
+    return min(select(steps.wide, steps.fine, is_fine(start)), same_steps_up_to(start, end) - start);
 }
 
-/// How many steps of `width` a ray at s = `start` can leave out up to s = `end`: those in front of
-/// everything that `nearest_depths` knows of what lies around them. It is asked for the place that the
-/// ray has half way to where it leaves that surrounding.
-fn free_steps(from_p: vec2f, v: vec2f, start: f32, width: f32, end: f32, layer: u32) -> f32 {
-    let half_way = adaptive.free_px[layer] / max(max(abs(v.x), abs(v.y)), 1e-3);
-    let pixel = vec2i(floor(from_p - v * (start + half_way)));
+/// Where a ray at s = `start` gets by whole steps in front of everything that a layer of
+/// `nearest_depths` knows of what lies around them, over `reach` to both sides of the place asked.
+fn free_up_to(from_p: vec2f, v: vec2f, start: f32, end: f32, full: f32, reach: f32, layer: u32) -> f32 {
+    let pixel = vec2i(floor(from_p - v * (start + reach)));
     let nearest_z = textureLoad(nearest_depths, clamp_to_image(pixel, textureDimensions(nearest_depths)), layer, 0).r;
-    let in_front = s_of_depth(adaptive, nearest_z) - TOLERANCE_S - ROUNDING_S - start;
-    return max(floor(min(min(2.0 * half_way, in_front), end - start) / width), 0.0);
+    let free = min(2.0 * reach, s_of_depth(adaptive, nearest_z) - TOLERANCE_S - ROUNDING_S - start);
+    return select(start + full * max(floor(free / full), 0.0), end, start + free >= end);
 }
 
 /// More than places on a ray are rounded by, px of s.
@@ -189,6 +210,7 @@ fn trace(p: vec2f, v: vec2f) -> Hit {
 /// after 65,535 rounds in all, inner ones counted, and of many lights the last ones would be missed.
 fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
     let from_p = ray_from(p, v);
+    let steps = steps_of(v);
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = min(runs[r].y, last_s + TOLERANCE_S);
@@ -198,9 +220,22 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
         var known = 0.0;
         for (var step = 0u; step < MAX_STEPS && start < end; step++) {
             // Steps through empty space are left out, all others are as long as they would be.
-            start += free_length(from_p, v, start, end, adaptive.coarse_layer);
-            start += free_length(from_p, v, start, end, 0u);
-            let width = step_from(start, end, v);
+            for (var skip = 0u; skip < MAX_STEPS && start < end; skip++) {
+                let limit = same_steps_up_to(start, end);
+                let full = select(steps.wide, steps.fine, is_fine(start));
+                var free = free_up_to(from_p, v, start, limit, full, steps.coarse_reach, adaptive.coarse_layer);
+                if free <= start {
+                    free = free_up_to(from_p, v, start, limit, full, steps.near_reach, 0u);
+                }
+                if free <= start {
+                    break;
+                }
+                start = free;
+            }
+            if start >= end {
+                break;
+            }
+            let width = step_from(steps, start, end);
             let fine = is_fine(start);
             // What is near the front of a step hides what is near its end; near focus, where steps are
             // short, they ask once.
@@ -211,7 +246,7 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
             }
             var hit = met(front, from_p, v, start, width);
             reads += 2u + hit.reads;
-            let is_one = fine || width * length(v) * f32(adaptive.samples_a_side) < SAME_SAMPLE;
+            let is_one = fine || width * f32(adaptive.samples_a_side) < SAME_SAMPLE * 0.5 * steps.wide;
             if hit.layer == NO_HIT && !is_one {
                 let at = place_on_ray(from_p, v, start + width);
                 let back = Asked(at, sample_s(sample_at(at)));
@@ -227,12 +262,6 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
         }
     }
     return Hit(NO_HIT, 0.0, p, reads);
-}
-
-/// Length, px of s, of the steps that a ray can leave out at `start`, in a run that ends at `end`.
-fn free_length(from_p: vec2f, v: vec2f, start: f32, end: f32, layer: u32) -> f32 {
-    let width = step_from(start, end, v);
-    return width * free_steps(from_p, v, start, width, same_steps_up_to(start, end), layer);
 }
 
 /// Whether `composite` filters what the rays of this pass find.

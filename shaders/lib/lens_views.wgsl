@@ -7,6 +7,9 @@
 
 #import lens_rays
 
+/// Whether there are off-centre views.
+override VIEWS: bool = true;
+
 /// s of the four views, px of the inner frame.
 @group(2) @binding(3) var view_radii: texture_2d<f32>;
 @group(2) @binding(4) var view_colors: texture_2d_array<f32>;
@@ -17,9 +20,12 @@ fn view_point(i: i32) -> vec2f {
 
 /// The view nearest to a lens point; -1 for the centre.
 fn serving_view(v: vec2f) -> i32 {
+    if !VIEWS {
+        return -1;
+    }
     let i = select(0, 1, v.x > 0.0) + select(0, 2, v.y > 0.0);
     let offset = v - view_point(i);
-    return select(-1, i, adaptive.views != 0u && dot(offset, offset) < dot(v, v));
+    return select(-1, i, dot(offset, offset) < dot(v, v));
 }
 
 /// The texel of a view at a position, px of the outer frame; outside of it -1.
@@ -33,12 +39,13 @@ fn view_texel(position: vec2f) -> vec2i {
 fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
     let from_view = v - view_point(i);
     let from_p = ray_from(p, from_view);
+    let steps = steps_of(from_view);
     var reads = 0u;
     for (var r = 0u; r < run_count; r++) {
         let end = runs[r].y;
         var start = runs[r].x;
         for (var step = 0u; step < MAX_STEPS && start < end; step++) {
-            let width = step_from(start, end, from_view);
+            let width = step_from(steps, start, end);
             let texel = view_texel(from_p - from_view * (start + 0.5 * width));
             if texel.x < 0 {
                 return Hit(NO_HIT, 0.0, p, reads);

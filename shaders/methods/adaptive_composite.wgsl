@@ -7,7 +7,8 @@
 
 /// The samples of the first layer.
 @group(0) @binding(1) var sample_colors: texture_2d<f32>;
-/// By tile, the buckets that have something in any pixel, a bit each: the others are not written.
+/// By tile, the buckets that have something in any pixel, a bit each: the others are not written. Of
+/// tiles in focus the sharp one, which is what the pinhole sees, and IN_FOCUS_TILE.
 @group(0) @binding(6) var<storage, read> tile_buckets: array<u32>;
 @group(0) @binding(2) var buckets: texture_2d_array<f32>;
 @group(0) @binding(3) var glow: texture_2d<f32>;
@@ -19,56 +20,62 @@ fn pinhole_color(pixel: vec2u) -> vec3f {
     return textureLoad(sample_colors, (pixel + adaptive.overscan) * adaptive.samples_a_side, 0).rgb;
 }
 
-/// Side of a tile with the two pixels around it that the widest filter reads.
+/// Side of a tile with the two pixels around it that the widest filter reads, and its pixels.
 const APRON_SIDE = 12u;
+const APRON = APRON_SIDE * APRON_SIDE;
+/// The part of them that lies in the tile's columns.
+const ROWS = APRON_SIDE * TILE;
 
-/// What hits the buckets of the tile and its surroundings, four f16 as they are stored; all zero beyond
-/// the frame.
-var<workgroup> apron: array<array<vec2u, BUCKETS>, APRON_SIDE * APRON_SIDE>;
+/// Of one bucket, by pixel of the tile and its surroundings: what hits it, and what is left to hit it in
+/// front of those behind it. All zero beyond the frame: nothing was traced there, and nothing remains.
+var<workgroup> hits: array<vec4f, APRON>;
+var<workgroup> rests: array<f32, APRON>;
 
-/// The same filtered along rows, by row of the surroundings and column of the tile, and what is left to
-/// hit each bucket.
-var<workgroup> row_hits: array<array<vec4f, BUCKETS>, APRON_SIDE * TILE>;
-var<workgroup> row_rests: array<array<f32, BUCKETS>, APRON_SIDE * TILE>;
+/// The same filtered along rows.
+var<workgroup> row_hits: array<vec4f, ROWS>;
+var<workgroup> row_rests: array<f32, ROWS>;
 
-/// Buckets that any of these has something in, a bit each: the others need no filter.
-var<workgroup> occupied: atomic<u32>;
-
-fn packed(hit: vec4f) -> vec2u {
-    return vec2u(pack2x16float(hit.xy), pack2x16float(hit.zw));
+/// A pixel that an invocation brings.
+struct Brought {
+    /// The buckets that have something in its tile, a bit each (`tile_buckets`).
+    buckets: u32,
+    /// What is left to hit the buckets so far, from the farthest on.
+    rest: f32,
 }
 
-fn unpacked(hit: vec2u) -> vec4f {
-    return vec4f(unpack2x16float(hit.x), unpack2x16float(hit.y));
+fn apron_pixel(tile: vec2u, i: u32) -> vec2i {
+    return vec2i(tile * TILE) + vec2i(vec2u(i % APRON_SIDE, i / APRON_SIDE)) - 2;
 }
 
-fn load_apron(tile: vec2u, i: u32) {
-    let at = vec2i(tile * TILE) + vec2i(vec2u(i % APRON_SIDE, i / APRON_SIDE)) - 2;
-    for (var b = 0u; b < BUCKETS; b++) {
-        apron[i][b] = vec2u(0u);
+fn brought(tile: vec2u, i: u32) -> Brought {
+    let at = apron_pixel(tile, i);
+    if i >= APRON || any(at < vec2i(0)) || any(at >= vec2i(adaptive.size)) {
+        return Brought(0u, 0.0);
     }
-    if any(at < vec2i(0)) || any(at >= vec2i(adaptive.size)) {
-        return;
-    }
-    if tile_at(vec2u(at) / TILE).class_of == COPY {
-        apron[i][SHARP] = packed(vec4f(pinhole_color(vec2u(at)), 1.0));
-        atomicOr(&occupied, 1u << SHARP);
-        return;
-    }
-    let written = tile_buckets[u32(at.y) / TILE * adaptive.inner_tiles.x + u32(at.x) / TILE];
-    var found = 0u;
-    for (var b = 0u; b < BUCKETS; b++) {
-        if (written & (1u << b)) != 0u {
-            let hit = textureLoad(buckets, at, b, 0);
-            apron[i][b] = packed(hit);
-            found |= u32(hit.w > 0.0) << b;
+    return Brought(tile_buckets[u32(at.y) / TILE * adaptive.inner_tiles.x + u32(at.x) / TILE], 0.0);
+}
+
+/// Brings what hits a bucket in a pixel.
+fn bring(tile: vec2u, i: u32, bucket: u32, pixel: Brought) -> Brought {
+    var hit = vec4f(0.0);
+    if (pixel.buckets & (1u << bucket)) != 0u {
+        let at = apron_pixel(tile, i);
+        if (pixel.buckets & IN_FOCUS_TILE) != 0u {
+            hit = vec4f(pinhole_color(vec2u(at)), 1.0);
+        } else {
+            hit = textureLoad(buckets, at, bucket, 0);
         }
     }
-    atomicOr(&occupied, found);
+    let rest = pixel.rest + hit.w;
+    if i < APRON {
+        hits[i] = hit;
+        rests[i] = rest;
+    }
+    return Brought(pixel.buckets, rest);
 }
 
-/// Weight of one of the five pixels along a row or column in the filter of a bucket: the outermost are
-/// filtered by [1 2 2 2 1] / 2, their neighbours by [1 2 1] / 2, each on both axes, the sharp one not.
+/// Weight of one of five pixels along a row or column in the filter of a bucket: the outermost are
+/// filtered by [1 2 2 2 1] / 2, their neighbours by [1 2 1] / 2, the sharp one not.
 fn weight_of(bucket: u32, tap: u32) -> f32 {
     let away = abs(f32(tap) - 2.0);
     if bucket == SHARP {
@@ -83,32 +90,58 @@ fn weight_of(bucket: u32, tap: u32) -> f32 {
 /// Pixels that the widest filter reads along a row or column.
 const TAPS = 5u;
 
-/// Filters one place of `row_hits` along its row, in the buckets that have something.
-fn filter_row(i: u32, found: u32) {
+/// Filters one place of the tile's columns along its row.
+fn filter_row(bucket: u32, i: u32) {
     let first = (i / TILE) * APRON_SIDE + i % TILE;
-    // Beyond the frame nothing was traced, and nothing remains.
-    var rest: array<f32, TAPS>;
+    var hit = vec4f(0.0);
+    var rest = 0.0;
     for (var tap = 0u; tap < TAPS; tap++) {
-        for (var b = 0u; b < BUCKETS; b++) {
-            rest[tap] += unpack2x16float(apron[first + tap][b].y).y;
+        let weight = weight_of(bucket, tap);
+        if weight > 0.0 {
+            hit += weight * hits[first + tap];
+            rest += weight * rests[first + tap];
         }
     }
-    for (var b = 0u; b < BUCKETS; b++) {
-        if (found & (1u << b)) == 0u {
-            continue;
+    row_hits[i] = hit;
+    row_rests[i] = rest;
+}
+
+/// What is seen of a bucket and those behind it: premultiplied colour, and how much of all light passes.
+struct Seen {
+    color: vec3f,
+    transmitted: f32,
+}
+
+/// Puts a bucket, filtered at a pixel of the tile, in front of what is seen behind it.
+fn in_front_of(behind: Seen, bucket: u32, local: vec2u) -> Seen {
+    var hit = vec4f(0.0);
+    var rest = 0.0;
+    for (var tap = 0u; tap < TAPS; tap++) {
+        let weight = weight_of(bucket, tap);
+        if weight > 0.0 {
+            let row = (local.y + tap) * TILE + local.x;
+            hit += weight * row_hits[row];
+            rest += weight * row_rests[row];
         }
-        var hits = vec4f(0.0);
-        var rests = 0.0;
-        for (var tap = 0u; tap < TAPS; tap++) {
-            let hit = unpacked(apron[first + tap][b]);
-            let weight = weight_of(b, tap);
-            hits += weight * hit;
-            rests += weight * max(rest[tap], 0.0);
-            rest[tap] -= hit.w;
-        }
-        row_hits[i][b] = hits;
-        row_rests[i][b] = rests;
     }
+    // Weights are f16: less than this is a rounding of 1.
+    if rest <= 2e-3 {
+        return behind;
+    }
+    let passes = max(0.0, 1.0 - hit.w / rest);
+    return Seen(hit.rgb / rest + passes * behind.color, passes * behind.transmitted);
+}
+
+/// The buckets that have something in a tile or in those around it, a bit each.
+fn buckets_around(tile: vec2u) -> u32 {
+    var found = 0u;
+    for (var i = 0u; i < 9u; i++) {
+        let at = vec2i(tile) + vec2i(vec2u(i % 3u, i / 3u)) - 1;
+        if all(at >= vec2i(0)) && all(at < vec2i(adaptive.inner_tiles)) {
+            found |= tile_buckets[u32(at.y) * adaptive.inner_tiles.x + u32(at.x)];
+        }
+    }
+    return found;
 }
 
 @compute @workgroup_size(8, 8)
@@ -118,45 +151,43 @@ fn composite(
     @builtin(local_invocation_index) index: u32,
 ) {
     let tile = listed_tile(group);
+    var found = 0u;
+    var first = Brought();
+    var second = Brought();
+    var third = Brought();
     if is_tile(tile) {
-        for (var i = index; i < APRON_SIDE * APRON_SIDE; i += TILE * TILE) {
-            load_apron(tile, i);
+        found = buckets_around(tile);
+        first = brought(tile, index);
+        second = brought(tile, index + 64u);
+        third = brought(tile, index + 128u);
+    }
+    var seen = Seen(vec3f(0.0), 1.0);
+    // From the farthest bucket on. All invocations meet at the barriers.
+    for (var behind = 0u; behind < BUCKETS; behind++) {
+        let b = BUCKETS - 1u - behind;
+        let is_found = (found & (1u << b)) != 0u;
+        if is_found {
+            first = bring(tile, index, b, first);
+            second = bring(tile, index + 64u, b, second);
+            third = bring(tile, index + 128u, b, third);
+        }
+        workgroupBarrier();
+        if is_found {
+            filter_row(b, index);
+            if index < ROWS - 64u {
+                filter_row(b, index + 64u);
+            }
+        }
+        workgroupBarrier();
+        if is_found {
+            seen = in_front_of(seen, b, local.xy);
         }
     }
-    workgroupBarrier();
-    if is_tile(tile) {
-        for (var i = index; i < APRON_SIDE * TILE; i += TILE * TILE) {
-            filter_row(i, atomicLoad(&occupied));
-        }
-    }
-    workgroupBarrier();
     let pixel = tile * TILE + local.xy;
     if any(pixel >= adaptive.size) {
         return;
     }
-    var color = vec3f(0.0);
-    var transmitted = 1.0;
-    let found = atomicLoad(&occupied);
-    for (var b = 0u; b < BUCKETS; b++) {
-        if (found & (1u << b)) == 0u {
-            continue;
-        }
-        // What hits the bucket and what is left to hit it, both filtered.
-        var filtered = vec4f(0.0);
-        var remaining = 0.0;
-        for (var tap = 0u; tap < TAPS; tap++) {
-            let row = (local.y + tap) * TILE + local.x;
-            let weight = weight_of(b, tap);
-            filtered += weight * row_hits[row][b];
-            remaining += weight * row_rests[row][b];
-        }
-        // Weights are f16: less than this is a rounding of 1.
-        if remaining > 2e-3 {
-            color += transmitted * filtered.rgb / remaining;
-            transmitted *= max(0.0, 1.0 - filtered.w / remaining);
-        }
-    }
-    color /= 1.0 - transmitted;
+    var color = seen.color / (1.0 - seen.transmitted);
     if tile_at(tile).emitters > 0u {
         color += textureLoad(glow, pixel, 0).rgb;
     }

@@ -112,7 +112,10 @@ fn glow(p: vec2f, tile: vec2u, count: u32) -> vec3f {
         if hit.layer >= 0 && hit.s < in_front_s {
             continue;
         }
-        let left = left_by_sheets(ray_from(p, v), v, sheets, adaptive.lens, in_front_s);
+        var left = 1.0;
+        if SHEETS {
+            left = left_by_sheets(ray_from(p, v), v, sheets, adaptive.lens, in_front_s);
+        }
         sum += emitter.excess * (left * density / size);
     }
     // Those that are not listed count as the mean of those that are.

@@ -20,6 +20,8 @@
 /// By tile of the layers, whether hidden ones may be seen there (src/view/peel.rs): they are empty
 /// elsewhere.
 @group(0) @binding(12) var<storage, read> needed: array<u32>;
+/// By inner tile, its buckets: tracing writes those of tiles out of focus.
+@group(0) @binding(13) var<storage, read_write> tile_buckets: array<u32>;
 @group(0) @binding(9) var classes: texture_storage_2d<rgba16float, write>;
 
 /// What the pixels of the tile have found, and then its rows of pixels.
@@ -234,6 +236,7 @@ fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
     let needs_rays = tile.emitters > 0u || sheets.x <= sheets.y;
     tile.class_of = select(class_of(vec2u(tile.low, tile.high), tile.step_s), COMPLEX, needs_rays);
     dilated[index] = tile;
+    tile_buckets[index] = select(0u, (1u << SHARP) | IN_FOCUS_TILE, tile.class_of == COPY);
     list_tile(id.xy, tile.class_of);
     textureStore(classes, id.xy, vec4f(f32(tile.class_of) * 0.5));
 }

@@ -99,6 +99,9 @@ var<workgroup> tile_sheets: vec2f;
 
 /// Adds the sheets that a ray crosses in front of s = `up_to`, and returns what is left of it.
 fn cross_sheets(p: vec2f, v: vec2f, up_to: f32, number: u32) -> f32 {
+    if !SHEETS {
+        return 1.0;
+    }
     var ray = sheet_ray(ray_from(p, v), v, tile_sheets);
     for (var i = 0u; i < MOST_CROSSINGS && ray.s < ray.end_s; i++) {
         let crossing = next_sheet(&ray, adaptive.lens, up_to);

@@ -217,28 +217,38 @@ pub(super) const MAX_TARGETS: usize = 4;
 pub(super) type Targets = [Option<Target>; MAX_TARGETS];
 
 /// Most switches of a pipeline.
-const MAX_SWITCHES: usize = 4;
+const MAX_SWITCHES: usize = 6;
 
-/// Values of the `override` constants of a shader that are `bool`, by name; those that are not named
-/// have the shader's own.
+/// What a pipeline is made for: values of the `override` constants of its shader that are `bool`, by
+/// name; those that are not named have the shader's own.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
-pub struct Switches([Option<(&'static str, bool)>; MAX_SWITCHES]);
+pub struct Switches {
+    values: [Option<(&'static str, bool)>; MAX_SWITCHES],
+    /// Workgroup memory holds anything at the start, not zeros.
+    memory_as_it_is: bool,
+}
 
 impl Switches {
-    /// Of those names and values, at most four.
-    pub const fn of<const N: usize>(values: [(&'static str, bool); N]) -> Self {
-        assert!(N <= MAX_SWITCHES, "a pipeline has at most four switches");
-        let mut switches = [None; MAX_SWITCHES];
-        let mut i = 0;
-        while i < N {
-            switches[i] = Some(values[i]);
-            i += 1;
-        }
-        Self(switches)
+    /// Those names and values, at most six.
+    pub fn of<const N: usize>(values: [(&'static str, bool); N]) -> Self {
+        values.into_iter().fold(Self::default(), |switches, (name, value)| switches.with(name, value))
+    }
+
+    /// One more of them. Panics if there are six.
+    pub fn with(mut self, name: &'static str, value: bool) -> Self {
+        let free = self.values.iter_mut().find(|value| value.is_none());
+        *free.expect("a pipeline has at most six switches") = Some((name, value));
+        self
+    }
+
+    /// For a shader that writes all of its workgroup memory before it reads it: zeros would be written
+    /// for nothing.
+    pub fn with_memory_as_it_is(self) -> Self {
+        Self { memory_as_it_is: true, ..self }
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
-        self.0.iter().flatten().map(|(name, value)| (*name, f64::from(u8::from(*value)))).collect()
+        self.values.iter().flatten().map(|(name, value)| (*name, f64::from(u8::from(*value)))).collect()
     }
 }
 
@@ -361,7 +371,7 @@ impl Kernels {
                 entry_point: Some(entry),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: &switches.constants(),
-                    ..Default::default()
+                    zero_initialize_workgroup_memory: !switches.memory_as_it_is,
                 },
                 cache: None,
             });

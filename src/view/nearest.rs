@@ -7,11 +7,11 @@ use glam::UVec2;
 const SHADER: Shader = shader!("nearest");
 
 /// How far around a pixel each layer of [`Peeled::nearest`](super::Peeled::nearest) looks, px.
-pub const NEAREST_REACH_PX: [u32; 3] = [3, 10, 31];
+pub const NEAREST_REACH_PX: [u32; 3] = [5, 13, 31];
 
-/// How the layers follow from one another: so many pixels are asked on each side of a pixel, so many
+/// How the layers follow from one another, the first of them from one that is not kept: so many pixels are asked on each side of a pixel, so many
 /// pixels apart. What they look at overlaps or touches: spacing <= 2 * reach + 1.
-const STEPS: [(u32, u32); 3] = [(3, 1), (1, 7), (1, 21)];
+const STEPS: [(u32, u32); 4] = [(1, 1), (2, 2), (1, 8), (1, 18)];
 
 /// How far, px, the sample of a place may lie from it: the pixel beside it.
 pub const SAMPLE_SLACK_PX: f64 = 1.0;
@@ -30,7 +30,7 @@ uniform! {
 /// [`NEAREST_REACH_PX`] pixels along x and y. `depth` has `samples_a_side` samples a pixel on each side.
 pub(super) fn nearest_depths(frame: &mut Frame<'_>, depth: &Texture, size: UVec2, samples_a_side: u32) -> Texture {
     let format = wgpu::TextureFormat::R32Float;
-    let key = TextureKey { size, levels: 1, layers: STEPS.len() as u32, format };
+    let key = TextureKey { size, levels: 1, layers: NEAREST_REACH_PX.len() as u32, format };
     let nearest = frame.gpu().texture_of("nearest depths", key);
     let spread = Spread { size: size.to_array(), samples_a_side, ..Default::default() };
     let pixels = frame.texture("nearest in pixels", size, format);
@@ -40,13 +40,15 @@ pub(super) fn nearest_depths(frame: &mut Frame<'_>, depth: &Texture, size: UVec2
         .texture("depth", depth)
         .texture("nearest", &pixels)
         .dispatch(size);
-    for (layer, (taps, spacing)) in (0..).zip(STEPS) {
+    let beside = frame.texture("nearest beside pixels", size, format);
+    for (index, (taps, spacing)) in (0..).zip(STEPS) {
         let pass = frame.pass(&SHADER, "nearest_around_pixels").uniform("spread", &Spread { taps, spacing, ..spread });
-        let pass = match layer {
-            0 => pass.texture("depth", &pixels),
-            _ => pass.slice("depth", &nearest, 0, layer - 1),
+        let pass = match index {
+            0 => pass.texture("depth", &pixels).texture("nearest", &beside),
+            1 => pass.texture("depth", &beside).slice("nearest", &nearest, 0, 0),
+            _ => pass.slice("depth", &nearest, 0, index - 2).slice("nearest", &nearest, 0, index - 1),
         };
-        pass.slice("nearest", &nearest, 0, layer).dispatch(size);
+        pass.dispatch(size);
     }
     nearest
 }
@@ -57,11 +59,12 @@ mod tests {
 
     #[test]
     fn layers_look_as_far_as_they_say_without_gaps() {
-        let mut reach = 0;
-        for ((taps, spacing), said) in STEPS.into_iter().zip(NEAREST_REACH_PX) {
+        let mut reaches = vec![0];
+        for (taps, spacing) in STEPS {
+            let reach = reaches[reaches.len() - 1];
             assert!(spacing <= 2 * reach + 1, "gaps between windows of {reach} px");
-            reach += taps * spacing;
-            assert_eq!(reach, said);
+            reaches.push(reach + taps * spacing);
         }
+        assert!(reaches.ends_with(&NEAREST_REACH_PX), "{reaches:?}");
     }
 }

@@ -25,14 +25,6 @@ enum Class {
     Complex = 2,
 }
 
-/// What rays hit, by bucket of s.
-struct Buckets {
-    /// Premultiplied hits, one array layer a bucket.
-    hits: Texture,
-    /// By tile of the inner frame the buckets that have something, a bit each: the others are not written.
-    in_tiles: Buffer,
-}
-
 /// What the rays of a frame read.
 pub(super) struct Rays<'a> {
     pub adaptive: &'a AdaptiveUniform,
@@ -49,11 +41,7 @@ impl Rays<'_> {
     pub fn record(&self, frame: &mut Frame<'_>) -> Texture {
         let (size, half) = (UVec2::from(self.adaptive.size), wgpu::TextureFormat::Rgba16Float);
         let key = TextureKey { size, levels: 1, layers: BUCKETS, format: half };
-        let [columns, rows] = self.adaptive.inner_tiles.map(u64::from);
-        let buckets = Buckets {
-            hits: frame.gpu().texture_of("buckets", key),
-            in_tiles: frame.gpu().scratch("buckets of tiles", 4 * columns * rows),
-        };
+        let buckets = frame.gpu().texture_of("buckets", key);
         let looked_at = self.adaptive.diagnose != 0;
         let counts = frame.texture("counts", if looked_at { size } else { UVec2::ONE }, half);
         self.trace(frame, &buckets, &counts);
@@ -63,8 +51,8 @@ impl Rays<'_> {
             let pass = self
                 .composite_pass(frame, "composite")
                 .buffer("tiles", &self.tiles.dilated)
-                .texture("buckets", &buckets.hits)
-                .buffer("tile_buckets", &buckets.in_tiles)
+                .texture("buckets", &buckets)
+                .buffer("tile_buckets", &self.tiles.buckets)
                 .texture("glow", &glow)
                 .texture("result", &result);
             self.tiles.lists.dispatch(pass, class as u32);
@@ -72,29 +60,31 @@ impl Rays<'_> {
         let pass = self.composite_pass(frame, "copy_sharp").texture("counts", &counts).texture("result", &result);
         self.tiles.lists.dispatch(pass, Class::Copy as u32);
         if looked_at {
-            explain(frame, &self.tiles.classes, &counts, &buckets.hits);
+            explain(frame, &self.tiles.classes, &counts, &buckets);
         }
         result
     }
 
-    /// What the shaders of rays have code for: `ASTIGMATIC`, `STAGGERED` and `IMAGE` in
-    /// `shaders/lib/lens_rays.wgsl`.
+    /// What the shaders of rays have code for: `override` constants of
+    /// `shaders/lib/lens_rays.wgsl`, `lens_views.wgsl` and `sheet_rays.wgsl`.
     fn switches(&self) -> Switches {
         Switches::of([
             ("ASTIGMATIC", self.adaptive.lens.astigmatism_px != 0.0),
             ("STAGGERED", self.peeled.staggered),
             ("IMAGE", self.adaptive.is_image != 0),
+            ("SHEETS", self.sheets.any),
         ])
     }
 
     /// Gathers the hits of every pixel's rays.
-    fn trace(&self, frame: &mut Frame<'_>, buckets: &Buckets, counts: &Texture) {
+    fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
         let (lights, light_tiles) = match &self.peeled.lights {
             Some(lights) => (lights.buffer.clone(), lights.tiles.clone()),
             None => (frame.gpu().buffer("no lights", LIGHT_BYTES), frame.gpu().buffer("no tiles with lights", 4)),
         };
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
-            let mut pass = frame.specialized_pass(&TRACE, entry, self.switches()).uniform("adaptive", self.adaptive);
+            let switches = self.switches().with("VIEWS", self.adaptive.views != 0);
+            let mut pass = frame.specialized_pass(&TRACE, entry, switches).uniform("adaptive", self.adaptive);
             if let Class::Complex = class {
                 pass = pass
                     .buffer("lights", &lights)
@@ -112,8 +102,8 @@ impl Rays<'_> {
                 .texture("sample_depths", &self.peeled.samples.depth)
                 .sampler("linear_clamp", SamplerKind::Linear)
                 .buffer("lens_points", self.points)
-                .texture("new_buckets", &buckets.hits)
-                .buffer("tile_buckets", &buckets.in_tiles)
+                .texture("new_buckets", buckets)
+                .buffer("tile_buckets", &self.tiles.buckets)
                 .texture("counts", counts);
             self.tiles.lists.dispatch(pass, class as u32);
         }
@@ -146,6 +136,11 @@ impl Rays<'_> {
 
     fn composite_pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &'static str) -> Pass<'f, 'g> {
         let samples = &self.peeled.samples.color;
-        frame.pass(&COMPOSITE, entry).uniform("adaptive", self.adaptive).texture("sample_colors", samples)
+        // What it has in workgroup memory it writes before it reads it.
+        let switches = Switches::default().with_memory_as_it_is();
+        frame
+            .specialized_pass(&COMPOSITE, entry, switches)
+            .uniform("adaptive", self.adaptive)
+            .texture("sample_colors", samples)
     }
 }

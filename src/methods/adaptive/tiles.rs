@@ -8,7 +8,7 @@ pub use super::super::tile_lists::TILE_PX;
 use super::super::tile_lists::{SKIPPED, TileLists};
 use super::AdaptiveUniform;
 use super::highlights::{self, Highlights};
-use crate::gpu::{Buffer, Frame, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Shader, Switches, Texture};
 use crate::lens::Lens;
 use crate::shader;
 use crate::view::{Peeled, View};
@@ -52,6 +52,9 @@ pub struct Tiles {
     pub marked: Buffer,
     /// [`Tile`]s of the inner frame: what their rays can meet.
     pub dilated: Buffer,
+    /// By inner tile, u32: the buckets that its rays hit, a bit each. Tracing writes those of tiles out of
+    /// focus.
+    pub buckets: Buffer,
     /// Inner tiles by class.
     pub lists: TileLists,
     /// Class / 2 of each inner tile, as a debug image.
@@ -112,7 +115,7 @@ pub(super) fn build(
     let radii = frame.texture("CoC radii", peeled.depth.size(), wgpu::TextureFormat::Rgba16Float);
     let marked = gpu.buffer("marked tiles", bytes(adaptive.tiles));
     frame
-        .pass(&SHADER, "mark_tiles")
+        .specialized_pass(&SHADER, "mark_tiles", Switches::default().with_memory_as_it_is())
         .uniform("adaptive", adaptive)
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)
@@ -128,6 +131,7 @@ pub(super) fn build(
         radii,
         marked,
         dilated: gpu.buffer("dilated tiles", bytes(adaptive.inner_tiles)),
+        buckets: gpu.scratch("buckets of tiles", 4 * count(adaptive.inner_tiles)),
         lists: TileLists::new(gpu, view.size()),
         classes: frame.texture("tile class", inner, wgpu::TextureFormat::Rgba16Float),
         highlights,
@@ -147,6 +151,7 @@ pub(super) fn build(
         .buffer("emitter_counts", &emitter_counts)
         .buffer("sheet_bounds", &sheets.bounds)
         .buffer("dilated", &tiles.dilated)
+        .buffer("tile_buckets", &tiles.buckets)
         .texture("classes", &tiles.classes)
         .dispatch(inner);
     tiles.lists.plan(frame);
