@@ -56,13 +56,16 @@ struct Adaptive {
     noise_limit: f32,
     /// 1: what is seen is an image with depth.
     is_image: u32,
-    /// The layer of `nearest_depths` that rays ask first.
-    coarse_layer: u32,
+    /// The layer of `nearest_depths` that tiles of rays take their grid from (lib/lens_rays.wgsl).
+    grid_layer: u32,
     /// 1: the lens blurs to discs.
     is_disc: u32,
-    /// How far, px, the layers of `nearest_depths` look beyond what a ray may meet from where it asks
-    /// them; 0 where its rays are too bent for that.
-    free_px: vec3f,
+    /// Distance of the grid's places, px.
+    grid_spacing: u32,
+    /// How far from a tile its first place lies to the left and above, px.
+    grid_margin: u32,
+    /// How far around a place, px, the grid knows what a ray may meet; 0 where rays are too bent.
+    grid_reach_px: f32,
 }
 
 @group(0) @binding(0) var<uniform> adaptive: Adaptive;
@@ -128,6 +131,8 @@ struct Tile {
     emitters: u32,
     /// Greatest difference of s, px, between neighbouring texels of the first layer.
     step_s: f32,
+    /// Not 0 where the first layer may hold light that is kept apart, here or in a tile beside.
+    lit: u32,
 }
 
 /// Whether a surface in bin `front` lies in front of those in bin `back` by enough to hide

@@ -31,11 +31,12 @@ override SHEETS: bool = true;
 /// The layers, the first as the mean of its samples.
 @group(2) @binding(1) var colors: texture_2d_array<f32>;
 @group(2) @binding(2) var linear_clamp: sampler;
+@group(2) @binding(8) var nearest_clamp: sampler;
 /// The samples of the first layer: radiance, stored depth.
 @group(2) @binding(5) var sample_colors: texture_2d<f32>;
 @group(2) @binding(6) var sample_depths: texture_2d<f32>;
-/// The greatest stored depth of the samples around each pixel, in three layers that look ever farther
-/// around it (src/view/nearest.rs).
+/// The greatest stored depth of the samples around each pixel, in layers that look ever farther around
+/// it (src/view/nearest.rs).
 @group(2) @binding(7) var nearest_depths: texture_2d_array<f32>;
 
 /// How far, px of s, a surface may be from a ray's step to be hit: cracks open at 0, edges
@@ -145,10 +146,8 @@ struct Steps {
     /// Length, px of s, of a step near focus, and of one elsewhere.
     fine: f32,
     wide: f32,
-    /// Half of the way, px of s, over which the coarse layer of `nearest_depths` and the finest one know
-    /// what a ray may meet.
-    coarse_reach: f32,
-    near_reach: f32,
+    /// Half of the way, px of s, over which a place of the grid knows what a ray may meet.
+    reach: f32,
 }
 
 fn steps_of(v: vec2f) -> Steps {
@@ -161,8 +160,7 @@ fn steps_of(v: vec2f) -> Steps {
     return Steps(
         fine_px * s_per_px,
         2.0 * s_per_px,
-        adaptive.free_px[adaptive.coarse_layer] * s_per_side,
-        adaptive.free_px.x * s_per_side,
+        adaptive.grid_reach_px * s_per_side,
     );
 }
 
@@ -179,12 +177,33 @@ fn step_from(steps: Steps, start: f32, end: f32) -> f32 {
     return min(select(steps.wide, steps.fine, is_fine(start)), same_steps_up_to(start, end) - start);
 }
 
-/// Where a ray at s = `start` gets by whole steps in front of everything that a layer of
-/// `nearest_depths` knows of what lies around them, over `reach` to both sides of the place asked.
-fn free_up_to(from_p: vec2f, v: vec2f, start: f32, end: f32, full: f32, reach: f32, layer: u32) -> f32 {
-    let pixel = vec2i(floor(from_p - v * (start + reach)));
-    let nearest_z = textureLoad(nearest_depths, clamp_to_image(pixel, textureDimensions(nearest_depths)), layer, 0).r;
-    let free = min(2.0 * reach, s_of_depth(adaptive, nearest_z) - TOLERANCE_S - ROUNDING_S - start);
+/// Places of the grid on each side (src/methods/adaptive/nearest_grid.rs).
+const GRID_SIDE = 34u;
+
+/// s of the nearest surface around places in a grid over all that the tile's rays pass.
+var<workgroup> nearest_s: array<f32, GRID_SIDE * GRID_SIDE>;
+/// Where the grid begins, px of the outer frame.
+var<private> grid_from: vec2f;
+
+/// Fills the grid of a tile, each of its 64 invocations some places.
+fn find_nearest(tile: vec2u, index: u32) {
+    let first = vec2i(tile * TILE + adaptive.overscan) - i32(adaptive.grid_margin);
+    grid_from = vec2f(first);
+    for (var i = index; i < GRID_SIDE * GRID_SIDE; i += TILE * TILE) {
+        // The pixel in the middle of the square for which the place stands.
+        let place = vec2u(i % GRID_SIDE, i / GRID_SIDE);
+        let pixel = first + vec2i(adaptive.grid_spacing * place + adaptive.grid_spacing / 2u);
+        let at = clamp_to_image(pixel, textureDimensions(nearest_depths));
+        nearest_s[i] = s_of_depth(adaptive, textureLoad(nearest_depths, at, adaptive.grid_layer, 0).r);
+    }
+}
+
+/// Where a ray at s = `start` gets by whole steps in front of everything that the grid knows of what lies
+/// around them. It is asked for the place that the ray passes half way to where it knows no more.
+fn free_up_to(from_p: vec2f, v: vec2f, start: f32, end: f32, full: f32, reach: f32) -> f32 {
+    let at = (from_p - v * (start + reach) - grid_from) / f32(adaptive.grid_spacing);
+    let place = vec2u(clamp(vec2i(floor(at)), vec2i(0), vec2i(i32(GRID_SIDE) - 1)));
+    let free = min(2.0 * reach, nearest_s[place.y * GRID_SIDE + place.x] - TOLERANCE_S - ROUNDING_S - start);
     return select(start + full * max(floor(free / full), 0.0), end, start + free >= end);
 }
 
@@ -223,10 +242,7 @@ fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
             for (var skip = 0u; skip < MAX_STEPS && start < end; skip++) {
                 let limit = same_steps_up_to(start, end);
                 let full = select(steps.wide, steps.fine, is_fine(start));
-                var free = free_up_to(from_p, v, start, limit, full, steps.coarse_reach, adaptive.coarse_layer);
-                if free <= start {
-                    free = free_up_to(from_p, v, start, limit, full, steps.near_reach, 0u);
-                }
+                let free = free_up_to(from_p, v, start, limit, full, steps.reach);
                 if free <= start {
                     break;
                 }
@@ -469,7 +485,7 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     }
     let hit = in_layers(found);
     if hit.layer == SAMPLE {
-        return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+        return color_of_sample(hit, limited);
     }
     let ray = color_place(hit.layer, p - shrunk_offset(v, hit.s, shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
@@ -499,30 +515,42 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 
 /// Colour of a sample that was hit.
 fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
-    let own = without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
     // The pixels of an image are squares of one colour, and not points of a finer one.
     if IMAGE {
-        return own;
+        return color_of_sample(hit, limited);
     }
     let ray = p - shrunk_offset(v, hit.s, shrink(hit.s, sample_blur()));
-    let around = samples_around(ray);
-    var same = true;
-    var at_edge = false;
+    let around = sample_s_around(ray);
+    let same = all(abs(around - hit.s) <= vec4f(same_within(hit.s)));
+    let at_edge = any(abs(around - hit.s) > vec4f(EDGE_S));
     // An edge is as blurred as what lies in front.
-    var front = hit.s;
-    for (var i = 0; i < 4; i++) {
-        let s = sample_s(sample_corner(around, i));
-        same = same && is_same(s, hit.s);
-        at_edge = at_edge || abs(s - hit.s) > EDGE_S;
-        front = min(front, s);
-    }
+    let front = min(hit.s, min(min(around.x, around.y), min(around.z, around.w)));
     if at_edge && shows_mean(front, v) {
         return interpolated(ray_from(p, v) - v * front, limited);
     }
     if same {
         return interpolated(ray, limited);
     }
-    return own;
+    return color_of_sample(hit, limited);
+}
+
+fn color_of_sample(hit: Hit, limited: bool) -> vec3f {
+    return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+}
+
+/// s of the samples around a position, px.
+fn sample_s_around(position: vec2f) -> vec4f {
+    var z: vec4f;
+    if STAGGERED {
+        let around = samples_around(position);
+        for (var i = 0; i < 4; i++) {
+            z[i] = textureLoad(sample_depths, sample_corner(around, i), 0).r;
+        }
+    } else {
+        let at = texels_of(adaptive.samples_a_side, position) / vec2f(textureDimensions(sample_depths));
+        z = textureGather(0, sample_depths, nearest_clamp, at);
+    }
+    return vec4f(s_of_depth(adaptive, z.x), s_of_depth(adaptive, z.y), s_of_depth(adaptive, z.z), s_of_depth(adaptive, z.w));
 }
 
 /// The colours of the samples around a position, px, of whatever surfaces.

@@ -151,16 +151,13 @@ fn composite(
     @builtin(local_invocation_index) index: u32,
 ) {
     let tile = listed_tile(group);
-    var found = 0u;
-    var first = Brought();
-    var second = Brought();
-    var third = Brought();
-    if is_tile(tile) {
-        found = buckets_around(tile);
-        first = brought(tile, index);
-        second = brought(tile, index + 64u);
-        third = brought(tile, index + 128u);
+    if !is_tile(tile) {
+        return;
     }
+    let found = buckets_around(tile);
+    var first = brought(tile, index);
+    var second = brought(tile, index + 64u);
+    var third = brought(tile, index + 128u);
     var seen = Seen(vec3f(0.0), 1.0);
     // From the farthest bucket on. All invocations meet at the barriers.
     for (var behind = 0u; behind < BUCKETS; behind++) {

@@ -129,16 +129,22 @@ fn add_glow(
     @builtin(local_invocation_index) index: u32,
 ) {
     let tile = listed_tile(group);
-    if index == 0u && is_tile(tile) {
-        let found = tile_at(tile);
-        find_runs(vec2u(found.low, found.high));
-        emitter_count = found.emitters;
+    if !is_tile(tile) {
+        return;
     }
+    let found = tile_at(tile);
+    if found.emitters == 0u {
+        return;
+    }
+    if index == 0u {
+        find_runs(vec2u(found.low, found.high));
+    }
+    find_nearest(tile, index);
     workgroupBarrier();
     rays_are_filtered = false;
     let pixel = tile * TILE + local.xy;
-    if emitter_count > 0u && all(pixel < adaptive.size) {
+    if all(pixel < adaptive.size) {
         let p = vec2f(pixel + adaptive.overscan) + 0.5;
-        textureStore(new_glow, pixel, vec4f(glow(p, tile, emitter_count), 1.0));
+        textureStore(new_glow, pixel, vec4f(glow(p, tile, found.emitters), 1.0));
     }
 }

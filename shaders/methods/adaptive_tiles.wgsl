@@ -12,6 +12,9 @@
 @group(0) @binding(4) var<storage, read_write> marked: array<Tile>;
 @group(0) @binding(5) var<storage, read_write> rows: array<Tile>;
 @group(0) @binding(6) var<storage, read_write> dilated: array<Tile>;
+/// By 8x8 pixels of the outer frame, bit 0 where the first layer holds light that is kept apart; one
+/// element where there is none at all.
+@group(0) @binding(14) var<storage, read> light_tiles: array<u32>;
 /// The number of emitters, then the length of each inner tile's list of them.
 @group(0) @binding(10) var<storage, read> emitter_counts: array<u32>;
 /// By inner tile: s of the nearest and the farthest sheet that its rays can meet, the first the
@@ -52,6 +55,7 @@ fn mark_texel(at: vec2u, marked: Tile) -> Tile {
     let right = s_of_depth(adaptive, textureLoad(depth, min(at + vec2u(1u, 0u), last), 0, 0).r);
     let below = s_of_depth(adaptive, textureLoad(depth, min(at + vec2u(0u, 1u), last), 0, 0).r);
     tile.step_s = max(tile.step_s, max(abs(right - s.x), abs(below - s.x)));
+    tile.lit |= light_tiles[min(place.y * row + place.x, arrayLength(&light_tiles) - 1u)] & 1u;
     return tile;
 }
 
@@ -80,6 +84,7 @@ fn both(a: Tile, b: Tile) -> Tile {
     tile.hidden = max(a.hidden, b.hidden);
     tile.hidden_by_front = max(a.hidden_by_front, b.hidden_by_front);
     tile.step_s = max(a.step_s, b.step_s);
+    tile.lit |= b.lit;
     return tile;
 }
 
@@ -100,7 +105,13 @@ fn merge_found(index: u32) {
     workgroupBarrier();
 }
 
-/// A workgroup looks at a tile, each invocation at a pixel.
+/// One of the texels that an invocation looks at: those of a tile lie in blocks of 8x8, in each of which
+/// neighbouring invocations have neighbouring texels.
+fn texel_of(first: vec2i, local: vec2u, i: u32) -> vec2i {
+    return first + vec2i(TILE * vec2u(i % adaptive.fineness, i / adaptive.fineness) + local);
+}
+
+/// A workgroup looks at a tile, each invocation at as many texels as a pixel has.
 @compute @workgroup_size(8, 8)
 fn mark_tiles(
     @builtin(workgroup_id) group: vec3u,
@@ -108,10 +119,11 @@ fn mark_tiles(
     @builtin(local_invocation_index) index: u32,
 ) {
     let k = adaptive.fineness;
-    let pixel = vec2i(group.xy * TILE + local.xy + adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let pixel = vec2i(group.xy * TILE + adaptive.overscan) - i32(adaptive.first_tile * TILE);
+    let first = pixel * i32(k);
     var found = Tile();
     for (var i = 0u; i < k * k; i++) {
-        let at = pixel * i32(k) + vec2i(vec2u(i % k, i / k));
+        let at = texel_of(first, local.xy, i);
         if is_texel(at) {
             found = mark_texel(vec2u(at), found);
         }
@@ -122,7 +134,7 @@ fn mark_tiles(
     workgroupBarrier();
     // Where the tile has hidden surfaces.
     for (var i = 0u; i < select(0u, k * k, tile.hidden > 0u); i++) {
-        let at = pixel * i32(k) + vec2i(vec2u(i % k, i / k));
+        let at = texel_of(first, local.xy, i);
         if is_texel(at) {
             found.hidden_by_front = max(found.hidden_by_front, hidden_at(vec2u(at), tile.farthest));
         }
@@ -231,6 +243,10 @@ fn classify_tiles(@builtin(global_invocation_id) id: vec3u) {
         tile.high &= kept.y;
     }
     let index = id.y * adaptive.inner_tiles.x + id.x;
+    for (var i = 0u; i < 9u; i++) {
+        let beside = clamp(vec2i(at) + vec2i(vec2u(i % 3u, i / 3u)) - 1, vec2i(0), vec2i(adaptive.tiles) - 1);
+        tile.lit |= marked[u32(beside.y) * adaptive.tiles.x + u32(beside.x)].lit;
+    }
     tile.emitters = emitter_counts[1u + index];
     let sheets = sheet_bounds[min(index, arrayLength(&sheet_bounds) - 1u)];
     let needs_rays = tile.emitters > 0u || sheets.x <= sheets.y;

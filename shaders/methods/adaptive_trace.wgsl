@@ -16,8 +16,6 @@
 
 /// What is far brighter than white, by pixel of the outer frame; one element where nothing is.
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
-/// By 8x8 pixels of the outer frame, not 0 where there is any; one element where nothing is.
-@group(0) @binding(6) var<storage, read> light_tiles: array<u32>;
 /// By tile of the inner frame, the buckets that have something in any pixel, a bit each.
 @group(0) @binding(5) var<storage, read_write> tile_buckets: array<u32>;
 
@@ -176,13 +174,9 @@ const BRIGHT_SIDE = TILE + 2u * u32(BRIGHT_REACH_PX);
 fn find_bright(tile: vec2u, index: u32) {
     let outer = adaptive.size + 2u * adaptive.overscan;
     let first = vec2i(tile * TILE + adaptive.overscan) - BRIGHT_REACH_PX;
-    let has_lights = arrayLength(&lights) > 1u;
-    let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, has_lights & !IMAGE);
+    let count = select(0u, BRIGHT_SIDE * BRIGHT_SIDE, tile_at(tile).lit != 0u && !IMAGE);
     for (var i = index; i < count; i += 64u) {
         let at = clamp_to_image(first + vec2i(vec2u(i % BRIGHT_SIDE, i / BRIGHT_SIDE)), outer);
-        if (light_tiles[u32(at.y) / TILE * ((outer.x + TILE - 1u) / TILE) + u32(at.x) / TILE] & 1u) == 0u {
-            continue;
-        }
         let light = lights[u32(at.y) * outer.x + u32(at.x)];
         if light.weight > 0.0 {
             let s = s_of_depth(adaptive, light.z / light.weight);
@@ -198,13 +192,17 @@ fn trace_complex(
     @builtin(local_invocation_index) index: u32,
 ) {
     let tile = listed_tile(group);
-    if index == 0u && is_tile(tile) {
+    if !is_tile(tile) {
+        return;
+    }
+    if index == 0u {
         let found = tile_at(tile);
         find_runs(vec2u(found.low, found.high));
         emitter_count = found.emitters;
         tile_sheets = sheet_bounds_of(tile.y * adaptive.inner_tiles.x + tile.x);
     }
     find_bright(tile, index);
+    find_nearest(tile, index);
     workgroupBarrier();
     let pixel = tile * TILE + local.xy;
     let inside = all(pixel < adaptive.size);
@@ -355,7 +353,11 @@ fn trace_uniform(
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let pixel = listed_tile(group) * TILE + local.xy;
+    let tile = listed_tile(group);
+    if !is_tile(tile) {
+        return;
+    }
+    let pixel = tile * TILE + local.xy;
     let inside = all(pixel < adaptive.size);
     var found = Met();
     if inside {

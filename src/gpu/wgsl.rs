@@ -201,7 +201,8 @@ impl Module {
         let bindings = globals.filter_map(|(handle, global)| {
             let at = global.binding.as_ref()?;
             let uniform = (global.space == naga::AddressSpace::Uniform).then(|| self.uniform_layout(global.ty));
-            let filtered = used.sampling_set.iter().any(|pair| pair.image == handle);
+            let filters = |sampler| !is_nearest(&self.module.global_variables[sampler]);
+            let filtered = used.sampling_set.iter().any(|pair| pair.image == handle && filters(pair.sampler));
             let ty = self.binding_type(global, filtered);
             Some((global.name.clone()?, Binding { group: at.group, binding: at.binding, ty, uniform }))
         });
@@ -260,6 +261,9 @@ impl Module {
                 }
             }
             TypeInner::Sampler { comparison: true } => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Comparison),
+            TypeInner::Sampler { .. } if is_nearest(global) => {
+                wgpu::BindingType::Sampler(wgpu::SamplerBindingType::NonFiltering)
+            }
             _ => wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering),
         }
     }
@@ -274,6 +278,12 @@ impl Module {
         };
         UniformLayout { size: size_of(ty), fields }
     }
+}
+
+/// Whether a sampler is one that filters nothing, by its name: `nearest_...`. With it formats can be
+/// gathered from that no adapter need filter, as R32F.
+fn is_nearest(sampler: &naga::GlobalVariable) -> bool {
+    sampler.name.as_deref().is_some_and(|name| name.starts_with("nearest_"))
 }
 
 fn view_dimension(dim: naga::ImageDimension, arrayed: bool) -> wgpu::TextureViewDimension {

@@ -7,11 +7,11 @@ use glam::UVec2;
 const SHADER: Shader = shader!("nearest");
 
 /// How far around a pixel each layer of [`Peeled::nearest`](super::Peeled::nearest) looks, px.
-pub const NEAREST_REACH_PX: [u32; 3] = [5, 13, 31];
+pub const NEAREST_REACH_PX: [u32; 2] = [5, 13];
 
 /// How the layers follow from one another, the first of them from one that is not kept: so many pixels are asked on each side of a pixel, so many
 /// pixels apart. What they look at overlaps or touches: spacing <= 2 * reach + 1.
-const STEPS: [(u32, u32); 4] = [(1, 1), (2, 2), (1, 8), (1, 18)];
+const STEPS: [(u32, u32); 3] = [(1, 1), (2, 2), (1, 8)];
 
 /// How far, px, the sample of a place may lie from it: the pixel beside it.
 pub const SAMPLE_SLACK_PX: f64 = 1.0;

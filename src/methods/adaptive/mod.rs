@@ -24,6 +24,7 @@
 
 mod explain;
 mod highlights;
+mod nearest_grid;
 mod passes;
 mod points;
 mod progressive;
@@ -36,9 +37,8 @@ use crate::aperture::Aperture;
 use crate::gpu::{Frame, Texture};
 use crate::lens::{GREATEST_COC_PX, Lens};
 use crate::uniform;
-use crate::view::{
-    DISOCCLUSION_PX, LensUniform, MAX_DRAWS, NEAREST_REACH_PX, PeelOrder, Peeled, SAMPLE_SLACK_PX, View,
-};
+use crate::view::{DISOCCLUSION_PX, LensUniform, MAX_DRAWS, PeelOrder, Peeled, View};
+use nearest_grid::{NearestGrid, bend_px};
 use passes::Rays;
 pub use points::lens_points;
 pub use progressive::{AdaptiveRun, TURNED_FRAMES};
@@ -139,11 +139,12 @@ uniform! {
         most_points: u32,
         noise_limit: f32,
         is_image: u32,
-        coarse_layer: u32,
+        grid_layer: u32,
         is_disc: u32,
-        _pad: [u32; 2],
-        free_px: [f32; 3],
-        _unused: u32,
+        grid_spacing: u32,
+        grid_margin: u32,
+        grid_reach_px: f32,
+        _pad: u32,
     }
 }
 
@@ -352,9 +353,8 @@ impl Adaptive {
         peeled: &Peeled,
     ) -> AdaptiveUniform {
         let bins = grid.bins();
-        let greatest_px = grid.radii_px.map(f64::abs).into_iter().fold(0.0, f64::max) * lens.aperture.radius();
         let [sharp_s, narrow_s] = if self.filter { FILTERED_FROM_PX[self.points] } else { [f32::MAX; 2] };
-        let slack_px = bend_px(&lens.aperture, sharp_s, narrow_s) + SAMPLE_SLACK_PX;
+        let rays = NearestGrid::new(lens, grid.radii_px, bend_px(&lens.aperture, sharp_s, narrow_s));
         AdaptiveUniform {
             tiles: grid.tiles.to_array(),
             inner_tiles: grid.inner_tiles.to_array(),
@@ -383,9 +383,11 @@ impl Adaptive {
             most_points: self.refine * (8 << self.points),
             noise_limit: if view.is_scene() { NOISE_LIMIT } else { IMAGE_NOISE_LIMIT },
             is_image: (!view.is_scene()).into(),
-            coarse_layer: if greatest_px > COARSEST_FROM_PX { 2 } else { 1 },
+            grid_layer: rays.layer,
             is_disc: (lens.aperture == Aperture::Disc && lens.greatest_astigmatism_px() == 0.0).into(),
-            free_px: NEAREST_REACH_PX.map(|reach_px| (f64::from(reach_px) - slack_px).max(0.0) as f32),
+            grid_spacing: rays.spacing_px,
+            grid_margin: rays.margin_px,
+            grid_reach_px: rays.reach_px as f32,
             ..Default::default()
         }
     }
@@ -395,25 +397,6 @@ impl Adaptive {
 /// number of lens points: wide filters blur thin things, and the more points there are the
 /// less they are needed.
 const FILTERED_FROM_PX: [[f32; 2]; 4] = [[2.0, 5.0], [3.0, 12.0], [4.0, 12.0], [6.0, 24.0]];
-
-/// Blur radius, px, from which on rays leave out empty space by the coarsest layer of
-/// [`Peeled::nearest`]: rays that go farther than the next finer one reaches over.
-const COARSEST_FROM_PX: f64 = 2.0 * NEAREST_REACH_PX[1] as f64;
-
-/// How far, px, a ray whose hits are filtered lies at most beside the straight line that it would be,
-/// for filters from `sharp_s` and wider ones from `narrow_s` on: `place_on_ray` in
-/// `shaders/lib/lens_rays.wgsl`.
-fn bend_px(aperture: &Aperture, sharp_s: f32, narrow_s: f32) -> f64 {
-    let lens_variance = (aperture.sigma_per_coc() / 0.25).powi(2);
-    // Four times the variances of the two filters, px^2: NARROW_BLUR and WIDE_BLUR in the shader.
-    let of_filter = |blur: f64, from_s: f32| {
-        let blur = blur / lens_variance;
-        // At most nine tenths of the blur are taken off, up to this s; from there on ever less.
-        let s = f64::from(from_s).max((blur / 0.9).sqrt());
-        s * (1.0 - (1.0 - (blur / (s * s)).min(0.9)).sqrt())
-    };
-    aperture.radius() * of_filter(2.0, sharp_s).max(of_filter(6.0, narrow_s))
-}
 
 fn grid(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, peeled: &Peeled) -> TileGrid {
     let [near_px, mut far_px] = view.coc_bounds_px(frame, lens);

@@ -78,9 +78,9 @@ impl Rays<'_> {
 
     /// Gathers the hits of every pixel's rays.
     fn trace(&self, frame: &mut Frame<'_>, buckets: &Texture, counts: &Texture) {
-        let (lights, light_tiles) = match &self.peeled.lights {
-            Some(lights) => (lights.buffer.clone(), lights.tiles.clone()),
-            None => (frame.gpu().buffer("no lights", LIGHT_BYTES), frame.gpu().buffer("no tiles with lights", 4)),
+        let lights = match &self.peeled.lights {
+            Some(lights) => lights.buffer.clone(),
+            None => frame.gpu().buffer("no lights", LIGHT_BYTES),
         };
         for (entry, class) in [("trace_complex", Class::Complex), ("trace_uniform", Class::Uniform)] {
             let switches = self.switches().with("VIEWS", self.adaptive.views != 0);
@@ -88,7 +88,6 @@ impl Rays<'_> {
             if let Class::Complex = class {
                 pass = pass
                     .buffer("lights", &lights)
-                    .buffer("light_tiles", &light_tiles)
                     .buffer("tiles", &self.tiles.dilated)
                     .texture("view_radii", &self.views.radii)
                     .texture("view_colors", &self.views.colors)
@@ -101,6 +100,7 @@ impl Rays<'_> {
                 .texture("sample_colors", &self.peeled.samples.color)
                 .texture("sample_depths", &self.peeled.samples.depth)
                 .sampler("linear_clamp", SamplerKind::Linear)
+                .sampler("nearest_clamp", SamplerKind::Nearest)
                 .buffer("lens_points", self.points)
                 .texture("new_buckets", buckets)
                 .buffer("tile_buckets", &self.tiles.buckets)

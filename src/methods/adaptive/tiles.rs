@@ -42,6 +42,8 @@ pub struct Tile {
     pub emitters: u32,
     /// Greatest difference of s, px, between neighbouring texels of the first layer.
     pub step_s: f32,
+    /// Not 0 where the first layer may hold light that is kept apart, here or in a tile beside.
+    pub lit: u32,
 }
 
 /// Tiles of a view through a lens, still on the GPU.
@@ -114,12 +116,17 @@ pub(super) fn build(
     let rows = gpu.buffer("dilated rows", bytes(adaptive.tiles));
     let radii = frame.texture("CoC radii", peeled.depth.size(), wgpu::TextureFormat::Rgba16Float);
     let marked = gpu.buffer("marked tiles", bytes(adaptive.tiles));
+    let light_tiles = match &peeled.lights {
+        Some(lights) => lights.tiles.clone(),
+        None => gpu.buffer("no tiles with lights", 4),
+    };
     frame
         .specialized_pass(&SHADER, "mark_tiles", Switches::default().with_memory_as_it_is())
         .uniform("adaptive", adaptive)
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)
         .buffer("needed", &peeled.hidden_needed)
+        .buffer("light_tiles", &light_tiles)
         .buffer("marked", &marked)
         .dispatch_groups(outer.x, outer.y, 1);
     let highlights = peeled.lights.as_ref().map(|lights| Highlights::find(frame, lens, lights, peeled, adaptive));
