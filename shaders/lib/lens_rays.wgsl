@@ -118,10 +118,8 @@ struct Hit {
     /// Layer, NO_HIT for none, or SAMPLE for a sample of the first.
     layer: i32,
     s: f32,
-    /// Where the ray meets it, px of the outer frame.
-    at: vec2f,
-    /// Texels of radii that were read.
-    reads: u32,
+    /// s of the place on the ray that shows what was hit: `place_on_ray`.
+    at_s: f32,
 }
 
 const NO_HIT = -1;
@@ -218,66 +216,106 @@ fn ray_from(p: vec2f, v: vec2f) -> vec2f {
     return p - astigmatic_offset_px(adaptive.lens, v);
 }
 
-/// The first surface on the ray through `p` and lens point `v`.
-fn trace(p: vec2f, v: vec2f) -> Hit {
-    return trace_up_to(p, v, EMPTY_S);
+/// A ray on its way through the runs of bins.
+struct Ray {
+    from_p: vec2f,
+    v: vec2f,
+    steps: Steps,
+    /// Surfaces behind this s may be found or not.
+    last_s: f32,
+    /// The run that it is in, s where it is and where the run ends.
+    run: u32,
+    start: f32,
+    end: f32,
+    /// Where the last step ended, and s of the sample there.
+    known_at: f32,
+    known: f32,
 }
 
-/// The same of surfaces up to `last_s`; those behind it may be found or not.
+/// The ray through `p` and lens point `v`, that looks for surfaces up to `last_s`.
+fn ray_up_to(p: vec2f, v: vec2f, last_s: f32) -> Ray {
+    var ray = Ray(ray_from(p, v), v, steps_of(v), last_s, 0u, 0.0, 0.0, EMPTY_S, 0.0);
+    begin_run(&ray);
+    return ray;
+}
+
+fn begin_run(ray: ptr<function, Ray>) {
+    let run = runs[min((*ray).run, MAX_RUNS - 1u)];
+    (*ray).start = run.x;
+    (*ray).end = min(run.y, (*ray).last_s + TOLERANCE_S);
+    (*ray).known_at = EMPTY_S;
+}
+
+/// Whether a ray has met nothing, and is at its end.
+fn is_over(ray: Ray) -> bool {
+    return ray.run >= run_count;
+}
+
+/// Samples and radii that rays of this invocation have read.
+var<private> texels_read: u32;
+
+/// Most moves through empty space at once.
+const SKIPS = 3u;
+
+/// Moves a ray over steps in front of everything, and then by one in which it may hit something.
 ///
-/// It ends there, and what it calls has few loops: llvmpipe ends all loops of an invocation
+/// It ends with its last run, and what it calls has few loops: llvmpipe ends all loops of an invocation
 /// after 65,535 rounds in all, inner ones counted, and of many lights the last ones would be missed.
-fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
-    let from_p = ray_from(p, v);
-    let steps = steps_of(v);
-    var reads = 0u;
-    for (var r = 0u; r < run_count; r++) {
-        let end = min(runs[r].y, last_s + TOLERANCE_S);
-        var start = runs[r].x;
-        // Where the last step ended, and what lies there.
-        var known_at = EMPTY_S;
-        var known = 0.0;
-        for (var step = 0u; step < MAX_STEPS && start < end; step++) {
-            // Steps through empty space are left out, all others are as long as they would be.
-            for (var skip = 0u; skip < MAX_STEPS && start < end; skip++) {
-                let limit = same_steps_up_to(start, end);
-                let full = select(steps.wide, steps.fine, is_fine(start));
-                let free = free_up_to(from_p, v, start, limit, full, steps.reach);
-                if free <= start {
-                    break;
-                }
-                start = free;
-            }
-            if start >= end {
-                break;
-            }
-            let width = step_from(steps, start, end);
-            let fine = is_fine(start);
-            // What is near the front of a step hides what is near its end; near focus, where steps are
-            // short, they ask once.
-            var front = Asked(place_on_ray(from_p, v, start + select(0.0, 0.25 * width, fine)), known);
-            if known_at != start || fine {
-                front.s = sample_s(sample_at(front.at));
-                reads += 1u;
-            }
-            var hit = met(front, from_p, v, start, width);
-            reads += 2u + hit.reads;
-            let is_one = fine || width * f32(adaptive.samples_a_side) < SAME_SAMPLE * 0.5 * steps.wide;
-            if hit.layer == NO_HIT && !is_one {
-                let at = place_on_ray(from_p, v, start + width);
-                let back = Asked(at, sample_s(sample_at(at)));
-                hit = met(back, from_p, v, start, width);
-                reads += 1u + hit.reads;
-                known_at = start + width;
-                known = back.s;
-            }
-            if hit.layer != NO_HIT {
-                return Hit(hit.layer, hit.s, hit.at, reads);
-            }
-            start += width;
+fn advance(ray: ptr<function, Ray>) -> Hit {
+    let from_p = (*ray).from_p;
+    let v = (*ray).v;
+    let steps = (*ray).steps;
+    let end = (*ray).end;
+    var start = (*ray).start;
+    // Steps through empty space are left out, all others are as long as they would be.
+    var is_free = true;
+    for (var skip = 0u; skip < SKIPS && is_free && start < end; skip++) {
+        let full = select(steps.wide, steps.fine, is_fine(start));
+        let free = free_up_to(from_p, v, start, same_steps_up_to(start, end), full, steps.reach);
+        is_free = free > start;
+        start = max(free, start);
+    }
+    var hit = Hit(NO_HIT, 0.0, 0.0);
+    if !is_free && start < end {
+        let width = step_from(steps, start, end);
+        let fine = is_fine(start);
+        // What is near the front of a step hides what is near its end; near focus, where steps are
+        // short, they ask once.
+        let front_s = start + select(0.0, 0.25 * width, fine);
+        var s = (*ray).known;
+        if (*ray).known_at != start || fine {
+            s = sample_s(sample_at(place_on_ray(from_p, v, front_s)));
+            texels_read += 1u;
+        }
+        hit = met(from_p, v, front_s, s, start, width);
+        let is_one = fine || width * f32(adaptive.samples_a_side) < SAME_SAMPLE * 0.5 * steps.wide;
+        start += width;
+        if hit.layer == NO_HIT && !is_one {
+            s = sample_s(sample_at(place_on_ray(from_p, v, start)));
+            texels_read += 1u;
+            hit = met(from_p, v, start, s, start - width, width);
+            (*ray).known_at = start;
+            (*ray).known = s;
         }
     }
-    return Hit(NO_HIT, 0.0, p, reads);
+    (*ray).start = start;
+    if start >= end {
+        (*ray).run += 1u;
+        begin_run(ray);
+    }
+    return hit;
+}
+
+/// The first surface on the ray through `p` and lens point `v`, of those up to `last_s`.
+fn trace_up_to(p: vec2f, v: vec2f, last_s: f32) -> Hit {
+    var ray = ray_up_to(p, v, last_s);
+    for (var step = 0u; step < MAX_STEPS && !is_over(ray); step++) {
+        let hit = advance(&ray);
+        if hit.layer != NO_HIT {
+            return hit;
+        }
+    }
+    return Hit(NO_HIT, 0.0, 0.0);
 }
 
 /// Whether `composite` filters what the rays of this pass find.
@@ -316,50 +354,49 @@ fn shrunk_offset(v: vec2f, s: f32, shrunk: vec2f) -> vec2f {
 /// Length, samples, of a step that is not worth asking at both of its ends.
 const SAME_SAMPLE = 0.5;
 
-/// What lies where a ray passes one s: the place on the outer frame, px, and s of the sample there.
-struct Asked {
-    at: vec2f,
-    s: f32,
-}
-
-/// What a ray hits of the surfaces that lie between s = `start` and `width` behind it at a place that it
-/// passes there: the sample of the first layer, or the other layers where that hides them. It is hit
-/// where the ray meets it.
-fn met(asked: Asked, from_p: vec2f, v: vec2f, start: f32, width: f32) -> Hit {
+/// What a ray hits of the surfaces that lie between s = `start` and `width` behind it where it passes
+/// s = `asked`, if the sample there lies at s: that sample, or the other layers where it hides them. It
+/// is hit where the ray meets it.
+fn met(from_p: vec2f, v: vec2f, asked: f32, s: f32, start: f32, width: f32) -> Hit {
     let low = start - TOLERANCE_S;
     let high = start + width + TOLERANCE_S;
-    let at = asked.at;
-    let s = asked.s;
     if s > high {
-        return Hit(NO_HIT, 0.0, at, 0u);
+        return Hit(NO_HIT, 0.0, asked);
     }
     var expected = s;
     var layer = SAMPLE;
-    var reads = 1u;
     if s < low {
-        let hidden = radii_at(at);
+        texels_read += 1u;
+        let hidden = radii_at(place_on_ray(from_p, v, asked));
         layer = first_within(hidden, max(low, s + MERGED_S), high);
         if layer < 0 {
-            return Hit(NO_HIT, 0.0, at, 1u);
+            return Hit(NO_HIT, 0.0, asked);
         }
-        expected = hidden[layer];
-        reads = 2u;
+        expected = component(hidden, layer);
     }
     let met_at = place_on_ray(from_p, v, expected);
     let seen = sample_s(sample_at(met_at));
+    texels_read += 1u;
     if is_met(seen, expected, width) {
-        return Hit(SAMPLE, seen, place_on_ray(from_p, v, seen), reads);
+        return Hit(SAMPLE, seen, seen);
     }
     if layer == SAMPLE {
         // Where there is only what lies behind, the ray passes beside the surface.
-        return Hit(select(SAMPLE, NO_HIT, seen > expected), expected, at, reads);
+        return Hit(select(SAMPLE, NO_HIT, seen > expected), expected, asked);
     }
     let there = radii_at(met_at);
+    texels_read += 1u;
     let j = nearest_to(there, expected);
-    if is_same(there[j], expected) {
-        return Hit(j, there[j], met_at, reads + 1u);
+    let other = component(there, j);
+    if is_same(other, expected) {
+        return Hit(j, other, expected);
     }
-    return Hit(select(NO_HIT, layer, there.x <= expected), expected, at, reads + 1u);
+    return Hit(select(NO_HIT, layer, there.x <= expected), expected, asked);
+}
+
+/// A component of a vector: what is indexed at run time leaves the registers.
+fn component(vector: vec4f, i: i32) -> f32 {
+    return select(select(vector.x, vector.y, i == 1), select(vector.z, vector.w, i == 3), i >= 2);
 }
 
 /// Difference of s, px, within which a texel of the first layer may be the surface that a
@@ -455,14 +492,15 @@ fn color_place(layer: i32, position: vec2f) -> vec2f {
 
 /// A hit of a sample as one of the layer that shows the same surface, whose colour is a mean
 /// over samples; the sample's own where no layer does.
-fn in_layers(hit: Hit) -> Hit {
+fn in_layers(hit: Hit, at: vec2f) -> Hit {
     if hit.layer != SAMPLE {
         return hit;
     }
-    let there = radii_at(hit.at);
+    let there = radii_at(at);
     let j = nearest_to(there, hit.s);
-    if is_same(there[j], hit.s) {
-        return Hit(j, there[j], hit.at, hit.reads);
+    let s = component(there, j);
+    if is_same(s, hit.s) {
+        return Hit(j, s, hit.at_s);
     }
     return hit;
 }
@@ -483,9 +521,10 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
             return textureSampleLevel(colors, linear_clamp, at * size / vec2f(textureDimensions(colors)), 0, 0.0).rgb;
         }
     }
-    let hit = in_layers(found);
+    let shown_at = place_on_ray(ray_from(p, v), v, found.at_s);
+    let hit = in_layers(found, shown_at);
     if hit.layer == SAMPLE {
-        return color_of_sample(hit, limited);
+        return color_of_sample(hit, shown_at, limited);
     }
     let ray = color_place(hit.layer, p - shrunk_offset(v, hit.s, shrink(hit.s, read_blur)));
     let at = clamp(ray, vec2f(0.5), size - 0.5);
@@ -495,11 +534,11 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     var same = true;
     var s: vec4f;
     for (var i = 0; i < 4; i++) {
-        s[i] = textureLoad(radii, corner_of(b, i), 0)[hit.layer];
+        s[i] = component(textureLoad(radii, corner_of(b, i), 0), hit.layer);
         same = same && is_same(s[i], hit.s);
     }
     if !same {
-        let texel = texel_at(hit.at);
+        let texel = texel_at(shown_at);
         return without_lights(textureLoad(colors, texel, hit.layer, 0).rgb, hit.s, with_lights);
     }
     if !with_lights {
@@ -517,7 +556,7 @@ fn color_of(found: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
 fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     // The pixels of an image are squares of one colour, and not points of a finer one.
     if IMAGE {
-        return color_of_sample(hit, limited);
+        return color_of_sample(hit, place_on_ray(ray_from(p, v), v, hit.at_s), limited);
     }
     let ray = p - shrunk_offset(v, hit.s, shrink(hit.s, sample_blur()));
     let around = sample_s_around(ray);
@@ -531,11 +570,11 @@ fn color_of_samples(hit: Hit, p: vec2f, v: vec2f, limited: bool) -> vec3f {
     if same {
         return interpolated(ray, limited);
     }
-    return color_of_sample(hit, limited);
+    return color_of_sample(hit, place_on_ray(ray_from(p, v), v, hit.at_s), limited);
 }
 
-fn color_of_sample(hit: Hit, limited: bool) -> vec3f {
-    return without_lights(textureLoad(sample_colors, sample_at(hit.at), 0).rgb, hit.s, limited);
+fn color_of_sample(hit: Hit, at: vec2f, limited: bool) -> vec3f {
+    return without_lights(textureLoad(sample_colors, sample_at(at), 0).rgb, hit.s, limited);
 }
 
 /// s of the samples around a position, px.

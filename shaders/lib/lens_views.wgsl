@@ -35,8 +35,19 @@ fn view_texel(position: vec2f) -> vec2i {
     return select(vec2i(-1), texel, inside);
 }
 
+/// What a ray hits in a view.
+struct ViewHit {
+    /// 0, or NO_HIT.
+    layer: i32,
+    s: f32,
+    /// The centre of the view's pixel that shows it, px of the inner frame.
+    at: vec2f,
+    /// Texels that were read.
+    reads: u32,
+}
+
 /// The first surface on the ray in view i; no layer where the view cannot tell.
-fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
+fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> ViewHit {
     let from_view = v - view_point(i);
     let from_p = ray_from(p, from_view);
     let steps = steps_of(from_view);
@@ -48,25 +59,25 @@ fn trace_in_view(p: vec2f, v: vec2f, i: i32) -> Hit {
             let width = step_from(steps, start, end);
             let texel = view_texel(from_p - from_view * (start + 0.5 * width));
             if texel.x < 0 {
-                return Hit(NO_HIT, 0.0, p, reads);
+                return ViewHit(NO_HIT, 0.0, p, reads);
             }
             let s = textureLoad(view_radii, texel, 0)[i];
             reads += 1u;
             if s < start - TOLERANCE_S {
                 // Behind what the view sees.
-                return Hit(NO_HIT, s, p, reads);
+                return ViewHit(NO_HIT, s, p, reads);
             }
             if s <= start + width + TOLERANCE_S {
-                return Hit(0, s, vec2f(texel) + 0.5, reads);
+                return ViewHit(0, s, vec2f(texel) + 0.5, reads);
             }
             start += width;
         }
     }
-    return Hit(NO_HIT, 0.0, p, reads);
+    return ViewHit(NO_HIT, 0.0, p, reads);
 }
 
 /// Colour of a hit in view i. `limited`: without what emitters bring.
-fn color_in_view(hit: Hit, p: vec2f, v: vec2f, i: i32, limited: bool) -> vec3f {
+fn color_in_view(hit: ViewHit, p: vec2f, v: vec2f, i: i32, limited: bool) -> vec3f {
     let offset = shrunk_offset(v, hit.s, shrink(hit.s, BILINEAR_BLUR)) - view_point(i) * hit.s;
     let moved = astigmatic_offset_px(adaptive.lens, view_point(i));
     let b = bilinear(p + moved - offset - f32(adaptive.overscan));

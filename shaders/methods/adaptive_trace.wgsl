@@ -7,7 +7,7 @@
 #import listed_tiles
 #import sheet_rays
 
-/// `adaptive.points` lens points for each of the 8x8 pixels of a tile.
+/// Lens points of the 8x8 pixels of a tile: the first of each pixel, then the second of each...
 @group(0) @binding(1) var<storage, read> lens_points: array<vec2f>;
 /// Premultiplied hits, one array layer a bucket.
 @group(0) @binding(2) var new_buckets: texture_storage_2d_array<rgba16float, write>;
@@ -61,7 +61,6 @@ fn add_to(bucket: u32, light: vec4f) {
 
 /// What the rays of a pixel have found so far.
 var<private> hit_count: f32;
-var<private> read_count: u32;
 var<private> layer_sum: f32;
 /// Sum of the colours of every other ray less that of the rest.
 var<private> imbalance: vec3f;
@@ -111,28 +110,70 @@ fn cross_sheets(p: vec2f, v: vec2f, up_to: f32, number: u32) -> f32 {
     return ray.left;
 }
 
+/// Rays of a pixel that are traced together.
+const TOGETHER = 8u;
+
+/// What the rays of the tile's pixels hit: ray by ray, 64 pixels each.
+var<workgroup> hit_layers: array<i32, TOGETHER * 64u>;
+var<workgroup> hit_s: array<f32, TOGETHER * 64u>;
+var<workgroup> hit_at_s: array<f32, TOGETHER * 64u>;
+
+fn lens_point(index: u32, i: u32) -> vec2f {
+    return lens_points[i * TILE * TILE + index];
+}
+
+/// Traces the rays of a pixel from `first` up to `end`, `TOGETHER` at most. A pixel begins its next ray as
+/// soon as one has ended: pixels that go on at the same time wait for the longest of all rays together
+/// and not for the longest of each.
+fn trace_together(p: vec2f, index: u32, first: u32, end: u32) {
+    var i = first;
+    var ray = ray_up_to(p, lens_point(index, i), EMPTY_S);
+    for (var step = 0u; step < MAX_STEPS && i < end; step++) {
+        let hit = advance(&ray);
+        if hit.layer != NO_HIT || is_over(ray) {
+            let place = (i - first) * 64u + index;
+            hit_layers[place] = hit.layer;
+            hit_s[place] = hit.s;
+            hit_at_s[place] = hit.at_s;
+            i += 1u;
+            ray = ray_up_to(p, lens_point(index, min(i, end - 1u)), EMPTY_S);
+        }
+    }
+}
+
+/// Adds what the ray through lens point `i` hits, if a view from off the lens's centre knows that.
+fn found_in_view(p: vec2f, v: vec2f, i: u32) -> bool {
+    let nearby = serving_view(v);
+    if nearby < 0 {
+        return false;
+    }
+    let seen = trace_in_view(p, v, nearby);
+    texels_read += seen.reads;
+    if seen.layer >= 0 {
+        let left = cross_sheets(p, v, seen.s, i);
+        add_hit(seen.s, color_in_view(seen, p, v, nearby, emitter_count > 0u), i, left);
+    }
+    return seen.layer >= 0;
+}
+
 /// Casts the rays of a pixel through its lens points from `first` up to `end`.
 fn cast_rays(p: vec2f, index: u32, first: u32, end: u32) {
-    for (var i = first; i < end; i++) {
-        let v = lens_points[index * adaptive.most_points + i];
-        let nearby = serving_view(v);
-        if nearby >= 0 {
-            let seen = trace_in_view(p, v, nearby);
-            read_count += seen.reads;
-            if seen.layer >= 0 {
-                let left = cross_sheets(p, v, seen.s, i);
-                add_hit(seen.s, color_in_view(seen, p, v, nearby, emitter_count > 0u), i, left);
-                read_count += 1u;
+    for (var batch = first; batch < end; batch += TOGETHER) {
+        let last = min(batch + TOGETHER, end);
+        trace_together(p, index, batch, last);
+        for (var i = batch; i < last; i++) {
+            let v = lens_point(index, i);
+            if found_in_view(p, v, i) {
                 continue;
             }
-        }
-        let hit = trace(p, v);
-        read_count += hit.reads;
-        if hit.layer >= 0 {
-            let left = cross_sheets(p, v, hit.s, i);
-            add_hit(hit.s, color_of(hit, p, v, emitter_count > 0u), i, left);
-            layer_sum += layer_number(hit);
-            read_count += 1u;
+            let place = (i - batch) * 64u + index;
+            let hit = Hit(hit_layers[place], hit_s[place], hit_at_s[place]);
+            if hit.layer >= 0 {
+                let left = cross_sheets(p, v, hit.s, i);
+                add_hit(hit.s, color_of(hit, p, v, emitter_count > 0u), i, left);
+                layer_sum += layer_number(hit);
+                texels_read += 1u;
+            }
         }
     }
 }
@@ -235,7 +276,7 @@ fn trace_complex(
     }
     store_sums(pixel, hit_count);
     if adaptive.diagnose != 0u {
-        textureStore(counts, pixel, vec4f(f32(rays), f32(read_count), layer_sum, missed));
+        textureStore(counts, pixel, vec4f(f32(rays), f32(texels_read), layer_sum, missed));
     }
 }
 
@@ -274,15 +315,13 @@ fn meet(p: vec2f, v: vec2f, own: f32) -> Hit {
     if is_fine(own) {
         let s = sample_s(sample_at(at));
         if s >= nearest {
-            return Hit(SAMPLE, s, from_p - v * s, 1u);
+            return Hit(SAMPLE, s, s);
         }
     }
     let there = radii_at(at);
     let k = first_within(there, nearest, 0.5 * EMPTY_S);
-    if k < 0 {
-        return Hit(NO_HIT, 0.0, at, 1u);
-    }
-    return Hit(k, there[k], place_on_ray(from_p, v, there[k]), 1u);
+    let s = component(there, k);
+    return Hit(select(k, NO_HIT, k < 0), s, s);
 }
 
 /// Radius of a disc, px, that reaches no farther than a pixel's neighbours.
@@ -329,7 +368,7 @@ fn meet_all(p: vec2f, index: u32) -> Met {
     var hits = 0.0;
     var layers_hit = 0.0;
     for (var i = 0u; i < adaptive.points; i++) {
-        let v = lens_points[index * adaptive.most_points + i];
+        let v = lens_point(index, i);
         let hit = meet(p, v, own);
         if hit.layer >= 0 {
             add_to(bucket_of(hit.s), vec4f(smooth_color_of(hit, p, v), 1.0));

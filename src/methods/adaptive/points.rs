@@ -8,8 +8,9 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// The golden angle, radians.
 const GOLDEN_ANGLE: f64 = 2.399_963_229_728_653;
 
-/// Lens points of all 8x8 pixels of a tile, row by row: for each `count` by which its picture is
-/// made, and then those that noisy tiles add, `count` at a time and `most` in all.
+/// Lens points of all 8x8 pixels of a tile, row by row: the first of each pixel, then the second of each,
+/// up to `count` by which a pixel's picture is made, and then those that noisy tiles add, `count` at a
+/// time and `most` in all.
 ///
 /// Each of the sets is a Vogel spiral turned by interleaved gradient noise (Jimenez,
 /// "Next Generation Post Processing in Call of Duty: Advanced Warfare", 2014), taken from
@@ -35,7 +36,10 @@ pub fn lens_points(aperture: &Aperture, count: u32, most: u32, rotate: bool, fra
         let v = if *aperture == Aperture::Disc { disc } else { aperture.map_square(square_from_disc(disc)) };
         v.as_vec2().to_array()
     };
-    (0..64).flat_map(pixel_points).map(on_aperture).collect()
+    let of_pixels: Vec<Vec<[f32; 2]>> = (0..64).map(|pixel| pixel_points(pixel).map(on_aperture).collect()).collect();
+    (0..most.max(count) as usize)
+        .flat_map(|i| of_pixels.iter().filter_map(move |points| points.get(i).copied()))
+        .collect()
 }
 
 fn gradient_noise(x: u32, y: u32) -> f64 {

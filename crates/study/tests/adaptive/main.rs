@@ -268,7 +268,7 @@ fn check_hits(method: &Adaptive) {
     for (x, y) in (0..SIZE.y).flat_map(|y| (0..SIZE.x).map(move |x| (x, y))) {
         let p = uvec2(x, y).as_dvec2() + 0.5 + f64::from(OVERSCAN_PX);
         let phase = (y % 8 * 8 + x % 8) as usize;
-        let hits = points[phase * 16..][..16].iter().map(|v| {
+        let hits = points.iter().skip(phase).step_by(64).map(|v| {
             let v = dvec2(f64::from(v[0]), f64::from(v[1]));
             color_of_s(exhaustive_hit(&found, p, v).expect("the wall ends every ray").1)
         });
