@@ -225,19 +225,14 @@ fn emit(corner: vec2i, cell: u32, seen: u32) {
         return;
     }
     emitters[number] = emitter;
-    let covered = covered_by(emitter);
-    let last_tile = vec2i(adaptive.inner_tiles) - 1;
-    for (var y = covered.first.y; y <= min(covered.last.y, last_tile.y); y++) {
-        for (var x = covered.first.x; x <= min(covered.last.x, last_tile.x); x++) {
-            atomicAdd(&emitter_counts[1u + u32(y) * adaptive.inner_tiles.x + u32(x)], 1u);
-        }
-    }
 }
 
-/// A rectangle of tiles; the last may lie beyond those of the inner frame.
+/// A rectangle of tiles of the inner frame.
 struct Covered {
-    first: vec2i,
-    last: vec2i,
+    first: vec2u,
+    columns: u32,
+    /// How many there are in all.
+    count: u32,
 }
 
 /// The inner tiles that an emitter's blur, or the reading of its texels, covers.
@@ -247,7 +242,27 @@ fn covered_by(emitter: Emitter) -> Covered {
     let centre = emitter.at - f32(adaptive.overscan);
     let first = vec2i(floor((centre - reach) / f32(TILE)));
     let last = vec2i(floor((centre + reach) / f32(TILE)));
-    return Covered(max(first, vec2i(0)), last);
+    let from_tile = max(first, vec2i(0));
+    let sides = vec2u(max(min(last + 1, vec2i(adaptive.inner_tiles)) - from_tile, vec2i(0)));
+    return Covered(vec2u(from_tile), max(sides.x, 1u), sides.x * sides.y);
+}
+
+/// The index of one of them among all inner tiles.
+fn covered_tile(covered: Covered, i: u32) -> u32 {
+    let tile = covered.first + vec2u(i % covered.columns, i / covered.columns);
+    return tile.y * adaptive.inner_tiles.x + tile.x;
+}
+
+/// Counts the emitters of each tile.
+@compute @workgroup_size(64)
+fn count_emitters(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
+    let count = min(atomicLoad(&emitter_counts[0]), arrayLength(&emitters));
+    for (var number = group.x; number < count; number += LISTING) {
+        let covered = covered_by(emitters[number]);
+        for (var i = index; i < covered.count; i += 64u) {
+            atomicAdd(&emitter_counts[1u + covered_tile(covered, i)], 1u);
+        }
+    }
 }
 
 /// A number in [0, 1) for each emitter, by its place: the lattice R2 of Roberts, "The Unreasonable
@@ -260,28 +275,23 @@ fn rank_of(emitter: Emitter) -> f32 {
 /// their number would have a standard deviation of 22, and a fifth of the capacity is five of those.
 const FILLED = 0.8;
 
-/// Invocations of `list_emitters` (src/methods/adaptive/highlights.rs).
-const LISTING = 4096u;
+/// Workgroups that count and list emitters (src/methods/adaptive/highlights.rs): each takes an emitter
+/// after the other, and its invocations the tiles that the emitter covers.
+const LISTING = 1024u;
 
 /// Lists emitters by tile, after all are counted: where there are more than fit, a share by
 /// their places, so that the same are listed whichever comes first.
 @compute @workgroup_size(64)
-fn list_emitters(@builtin(global_invocation_id) id: vec3u) {
+fn list_emitters(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
     let count = min(atomicLoad(&emitter_counts[0]), arrayLength(&emitters));
-    for (var i = id.x; i < count; i += LISTING) {
-        list(emitters[i], i);
-    }
-}
-
-fn list(emitter: Emitter, number: u32) {
-    let covered = covered_by(emitter);
-    let last_tile = vec2i(adaptive.inner_tiles) - 1;
-    for (var y = covered.first.y; y <= min(covered.last.y, last_tile.y); y++) {
-        for (var x = covered.first.x; x <= min(covered.last.x, last_tile.x); x++) {
-            let tile = u32(y) * adaptive.inner_tiles.x + u32(x);
-            let count = atomicLoad(&emitter_counts[1u + tile]);
-            let share = FILLED * f32(highlights.capacity) / f32(max(count, 1u));
-            if count <= highlights.capacity || rank_of(emitter) < share {
+    for (var number = group.x; number < count; number += LISTING) {
+        let covered = covered_by(emitters[number]);
+        let rank = rank_of(emitters[number]);
+        for (var i = index; i < covered.count; i += 64u) {
+            let tile = covered_tile(covered, i);
+            let wanted = atomicLoad(&emitter_counts[1u + tile]);
+            let share = FILLED * f32(highlights.capacity) / f32(max(wanted, 1u));
+            if wanted <= highlights.capacity || rank < share {
                 let place = atomicAdd(&listed_counts[tile], 1u);
                 if place < highlights.capacity {
                     emitter_lists[tile * highlights.capacity + place] = number;

@@ -171,24 +171,27 @@ fn merged(tile: Tile, other: Tile, tiles: u32) -> Tile {
     return sum;
 }
 
-/// The farthest bin that a ray from a tile can meet. Where the farthest surface that the
+/// The farthest bin that a ray from a tile can meet; `rows` have the greatest of each row of tiles within
+/// reach. Where the farthest surface that the
 /// pinhole sees within reach is passed, a ray has met one, unless it went around something
 /// nearer and meets what that hides: a gap seen by no pixel.
 fn farthest_met(at: vec2u) -> u32 {
     let from_tile = max(at, vec2u(adaptive.reach)) - adaptive.reach;
     let to_tile = min(at + adaptive.reach, adaptive.tiles - 1u);
     var seen = 0u;
+    var met = 0u;
     for (var y = from_tile.y; y <= to_tile.y; y++) {
-        for (var x = from_tile.x; x <= to_tile.x; x++) {
-            seen = max(seen, marked[y * adaptive.tiles.x + x].farthest);
-        }
+        let row = y * adaptive.tiles.x + at.x;
+        seen = max(seen, rows[row].farthest);
+        met = max(met, rows[row].hidden_by_front);
     }
-    var met = seen;
+    met = max(met, seen);
     for (var y = from_tile.y; y <= to_tile.y; y++) {
-        for (var x = from_tile.x; x <= to_tile.x; x++) {
-            let tile = marked[y * adaptive.tiles.x + x];
-            let all_in_front = in_front(adaptive, tile.farthest, seen);
-            met = max(met, select(tile.hidden_by_front, tile.hidden, all_in_front));
+        // What a tile hides by its front lies no farther than what it hides at all.
+        let count = select(0u, to_tile.x + 1u - from_tile.x, rows[y * adaptive.tiles.x + at.x].hidden > met);
+        for (var i = 0u; i < count; i++) {
+            let tile = marked[y * adaptive.tiles.x + from_tile.x + i];
+            met = max(met, select(0u, tile.hidden, in_front(adaptive, tile.farthest, seen)));
         }
     }
     return met;
@@ -203,7 +206,11 @@ fn dilate_rows(@builtin(global_invocation_id) id: vec3u) {
     let from_x = max(id.x, adaptive.reach) - adaptive.reach;
     let to_x = min(id.x + adaptive.reach, adaptive.tiles.x - 1u);
     for (var x = from_x; x <= to_x; x++) {
-        tile = merged(tile, marked[id.y * adaptive.tiles.x + x], max(x, id.x) - min(x, id.x));
+        let other = marked[id.y * adaptive.tiles.x + x];
+        tile = merged(tile, other, max(x, id.x) - min(x, id.x));
+        tile.farthest = max(tile.farthest, other.farthest);
+        tile.hidden = max(tile.hidden, other.hidden);
+        tile.hidden_by_front = max(tile.hidden_by_front, other.hidden_by_front);
     }
     rows[id.y * adaptive.tiles.x + id.x] = tile;
 }

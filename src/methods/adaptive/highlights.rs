@@ -99,6 +99,12 @@ impl Highlights {
                 .dispatch(searched.map(|side| side.div_ceil(block_px)));
         }
         frame
+            .pass(&SHADER, "count_emitters")
+            .uniform("adaptive", adaptive)
+            .buffer("emitter_counts", &found.counts)
+            .buffer("emitters", &found.emitters)
+            .dispatch_groups(LISTING, 1, 1);
+        frame
             .pass(&SHADER, "list_emitters")
             .uniform("adaptive", adaptive)
             .uniform("highlights", &found.uniform)
@@ -106,7 +112,7 @@ impl Highlights {
             .buffer("listed_counts", &found.listed_counts)
             .buffer("emitter_lists", &found.lists)
             .buffer("emitters", &found.emitters)
-            .dispatch_groups(LISTING / 64, 1, 1);
+            .dispatch_groups(LISTING, 1, 1);
         found
     }
 }
@@ -137,8 +143,8 @@ const LARGE_FROM_PX: f32 = 64.0;
 /// Side, px, of the blocks that such cells are made of.
 const LARGE_BLOCK_PX: u32 = 4;
 
-/// Invocations that list emitters, `LISTING` in the shader: they share out all emitters.
-const LISTING: u32 = 4096;
+/// Workgroups that count and list emitters, `LISTING` in the shader: they share out all emitters.
+const LISTING: u32 = 1024;
 
 /// Bytes of `Emitter` in `shaders/lib/emitters.wgsl`.
 const EMITTER_BYTES: u64 = 48;
