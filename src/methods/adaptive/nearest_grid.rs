@@ -69,7 +69,7 @@ mod tests {
     #[test]
     fn every_lens_has_a_grid_that_holds_its_rays() {
         for radius_px in [0.1, 4.0, 13.0, 28.0, 60.0, 108.0, 160.0] {
-            for aperture in [Aperture::Disc, "square".parse().expect("an aperture")] {
+            for aperture in [Aperture::Disc, Aperture::Polygon { blades: 4, rotation_deg: 0.0, roundness: 0.0 }] {
                 let lens = Lens { aperture, ..Lens::PINHOLE };
                 let grid = NearestGrid::new(&lens, [-0.5 * radius_px, radius_px], 0.64);
                 let held_px = GRID_SIDE * grid.spacing_px;
