@@ -112,68 +112,135 @@ fn thinning(radius: f32) -> f32 {
     return max(PI * radius * radius, 1.0);
 }
 
-fn weight(centre: Tap, tap: Tap, distance: f32) -> f32 {
-    var shared_reach = reach(tap.radius, distance);
-    if params.neighbours == 0u {
-        shared_reach = min(shared_reach, reach(centre.radius, distance));
-    }
-    var w = shared_reach / thinning(tap.radius);
-    // z = near / d: greater is nearer.
-    if tap.z > centre.z {
-        w *= saturate(tap.diameter - params.sharp_coc);
-    }
-    return w;
+// A workgroup filters pieces of some lines, rows or columns. It goes along them with a window of
+// taps that all its pixels read: windows follow one another from the first tap that any of them
+// needs to the last.
+
+/// Pixels of a workgroup: 4 rows of 64, or 8 columns of 32. The window is twice as long.
+const INVOCATIONS = 256u;
+const WINDOW_TAPS = 512u;
+const ROWS = 4u;
+const COLUMNS = 8u;
+
+/// Colour and filter radius, px, of the window's taps; the radius is negative where the colour is
+/// not finite, and then reaches nothing.
+var<workgroup> tap_colors: array<vec4f, 512>;
+/// 1 over `thinning`, and stored depth.
+var<workgroup> tap_weights: array<vec2f, 512>;
+/// What a tap counts where it is nearer than the centre.
+var<workgroup> tap_nearer: array<f32, 512>;
+/// Farthest tap, px, of any pixel of the workgroup.
+var<workgroup> farthest: atomic<u32>;
+
+fn load_tap(slot: u32, q: vec2i, cut: vec2i) {
+    let inside = clamp_to_image(q, textureDimensions(depth));
+    let tap = tap_at(inside);
+    let at = clamp_to_image(inside - cut, textureDimensions(color));
+    let rgb = textureLoad(color, at, 0).rgb;
+    let finite = is_finite(rgb);
+    tap_colors[slot] = select(vec4f(0.0, 0.0, 0.0, -1.0), vec4f(rgb, tap.radius), finite);
+    tap_weights[slot] = vec2f(1.0 / thinning(tap.radius), tap.z);
+    tap_nearer[slot] = saturate(tap.diameter - params.sharp_coc);
 }
 
-/// Filters along `step` around `p` of the outer frame; `color` lacks `cut` px of it.
-fn filtered(p: vec2i, step: vec2i, cut: vec2i) -> vec3f {
+struct Sum {
+    light: vec3f,
+    weight: f32,
+}
+
+/// Filters along `step` around `p` of the outer frame; `color` lacks `cut` px of it. The pixel is
+/// in line `line` of `lines`; `group_first` is where the workgroup begins along the line.
+fn filtered(p: vec2i, step: vec2i, cut: vec2i, index: u32, line: u32, lines: u32, group_first: vec2i) -> vec3f {
     let size = vec2i(textureDimensions(depth));
-    let centre = tap_at(p);
+    let is_inside = all(p < size);
+    let at = min(p, size - 1);
+    let centre = tap_at(at);
     var radius = centre.radius;
     if params.neighbours != 0u {
-        radius = dot(textureLoad(tile_reach, p / TILE, 0).rg, vec2f(step));
+        radius = dot(textureLoad(tile_reach, at / TILE, 0).rg, vec2f(step));
     }
-    let here = dot(p, step);
+    let here = dot(at, step);
     let extent = i32(ceil(radius + 0.5)) - 1;
-    let first = max(-extent, -here);
-    let last = min(extent, dot(size, step) - 1 - here);
+    if is_inside {
+        atomicMax(&farthest, u32(max(extent, 0)));
+    }
+    workgroupBarrier();
+    let farthest_tap = i32(min(f32(atomicLoad(&farthest)), ceil(params.max_radius + 0.5)));
+    let window = i32(WINDOW_TAPS / lines);
+    let begin = dot(group_first, step) - farthest_tap;
+    let windows = (i32(INVOCATIONS / lines) + 2 * farthest_tap + window - 1) / window;
+
     // Differences from the centre are summed, so that a constant colour stays exactly that.
-    let own = textureLoad(color, p - cut, 0).rgb;
+    let own = textureLoad(color, clamp_to_image(at - cut, textureDimensions(color)), 0).rgb;
     let base = select(vec3f(0.0), own, is_finite(own));
-    var sum = vec3f(0.0);
-    var weights = 0.0;
-    for (var x = first; x <= last; x++) {
-        let q = p + x * step;
-        var w = 1.0 / thinning(centre.radius);
-        if x != 0 {
-            w = weight(centre, tap_at(q), f32(abs(x)));
+    let own_weight = 1.0 / thinning(centre.radius);
+    var sum = Sum(vec3f(0.0), 0.0);
+    // Slots follow one another as pixels of a row do.
+    let down = step.y != 0;
+    let stride = select(1u, lines, down);
+    let line_stride = select(u32(window), 1u, down);
+    for (var i = 0; i < windows; i++) {
+        let first_tap = begin + i * window;
+        workgroupBarrier();
+        for (var slot = index; slot < WINDOW_TAPS; slot += INVOCATIONS) {
+            let of_line = select(slot / line_stride, slot % stride, down);
+            let along = i32(select(slot % line_stride, slot / stride, down));
+            let q = group_first + (first_tap + along - dot(group_first, step)) * step + i32(of_line) * step.yx;
+            load_tap(slot, q, cut);
         }
-        if w > 0.0 {
-            let rgb = textureLoad(color, q - cut, 0).rgb;
-            if is_finite(rgb) {
-                sum += w * (rgb - base);
-                weights += w;
+        workgroupBarrier();
+        let first = max(max(-extent, -here), first_tap - here);
+        let last = min(min(extent, dot(size, step) - 1 - here), first_tap + window - 1 - here);
+        for (var x = first; x <= last; x++) {
+            let slot = line * line_stride + u32(here + x - first_tap) * stride;
+            let tap = tap_colors[slot];
+            let distance = f32(abs(x));
+            var shared_reach = reach(tap.w, distance);
+            if params.neighbours == 0u {
+                shared_reach = min(shared_reach, reach(centre.radius, distance));
+            }
+            let of_tap = tap_weights[slot];
+            // z = near / d: greater is nearer.
+            var w = shared_reach * of_tap.x * select(1.0, tap_nearer[slot], of_tap.y > centre.z);
+            if x == 0 {
+                w = select(0.0, own_weight, tap.w >= 0.0);
+            }
+            if w > 0.0 {
+                sum.light += w * (tap.rgb - base);
+                sum.weight += w;
             }
         }
     }
     // Nothing is left where the only tap was not finite.
-    return select(base, base + sum / weights, weights > 0.0);
+    return select(base, base + sum.light / sum.weight, sum.weight > 0.0);
 }
 
-@compute @workgroup_size(8, 8)
-fn filter_rows(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(result)) {
-        return;
+fn put(at: vec2u, rgb: vec3f) {
+    if all(at < textureDimensions(result)) {
+        textureStore(result, at, vec4f(rgb, 1.0));
     }
-    let p = vec2i(id.xy) + vec2i(i32(params.overscan), 0);
-    textureStore(result, id.xy, vec4f(filtered(p, vec2i(1, 0), vec2i(0)), 1.0));
 }
 
-@compute @workgroup_size(8, 8)
-fn filter_columns(@builtin(global_invocation_id) id: vec3u) {
-    if any(id.xy >= textureDimensions(result)) {
-        return;
-    }
-    let p = vec2i(id.xy) + i32(params.overscan);
-    textureStore(result, id.xy, vec4f(filtered(p, vec2i(0, 1), vec2i(i32(params.overscan), 0)), 1.0));
+@compute @workgroup_size(64, 4)
+fn filter_rows(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = group.xy * vec2u(64u, ROWS) + local.xy;
+    let outer = vec2i(i32(params.overscan), 0);
+    let group_first = vec2i(group.xy * vec2u(64u, ROWS)) + outer;
+    put(at, filtered(vec2i(at) + outer, vec2i(1, 0), vec2i(0), index, local.y, ROWS, group_first));
+}
+
+@compute @workgroup_size(8, 32)
+fn filter_columns(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = group.xy * vec2u(COLUMNS, 32u) + local.xy;
+    let outer = vec2i(i32(params.overscan));
+    let group_first = vec2i(group.xy * vec2u(COLUMNS, 32u)) + outer;
+    put(at, filtered(vec2i(at) + outer, vec2i(0, 1), vec2i(outer.x, 0), index, local.x, COLUMNS, group_first));
 }

@@ -25,7 +25,7 @@ pub use circle::{CircleSampling, Circles, Coverage};
 pub use cpu::{LinearFilter, linear_cpu};
 
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Frame, Schedule, Shader, Texture};
 use crate::image::Image;
 use crate::lens::Lens;
 use crate::view::{Layer, View};
@@ -86,7 +86,7 @@ uniform! {
 }
 
 uniform! {
-    /// Some rows of the tiles of sources that reach a tile.
+    /// Some rows of the chunks of offsets that a workgroup gathers from.
     struct Part {
         first_row: u32,
         rows: u32,
@@ -95,17 +95,23 @@ uniform! {
     }
 }
 
-/// Tiles of sources that one pass gathers from, or one row of them where a row has more. A
+/// Offsets along a side of what is gathered at once: `CHUNK` in the shader.
+const CHUNK_PX: u32 = 17;
+
+/// Chunks of offsets that one pass gathers from, or one row of them where a row has more. A
 /// software adapter ends all loops of an invocation after 65,535 rounds; how far it gets in
-/// them depends on the circles, and this many stay far enough below.
-const TILES_A_PART: u32 = 16;
+/// them depends on the circles, and this many (4,046 sources of a pixel) stay far enough below.
+const CHUNKS_A_PART: u32 = 14;
 
 impl Part {
-    /// Parts that together gather from all tiles within `reach` px.
-    fn all(reach: u32) -> Vec<Self> {
-        // Of one tile's pixels, the first reaches as far to one side as the last to the other.
-        let side = (2 * reach).div_ceil(TILE_PX) + 2;
-        let rows = (TILES_A_PART / side).max(1);
+    /// Parts that together gather from all sources within `reach` px: one on hardware, which
+    /// ends no loop.
+    fn all(reach: u32, schedule: Schedule) -> Vec<Self> {
+        let side = (2 * reach + 1).div_ceil(CHUNK_PX);
+        let rows = match schedule {
+            Schedule::TileLists => (CHUNKS_A_PART / side).max(1),
+            Schedule::Branches => side,
+        };
         let part = |first_row| Self { first_row, rows, is_last: (first_row + rows >= side).into(), _unused: 0 };
         (0..side).step_by(rows as usize).map(part).collect()
     }
@@ -273,7 +279,7 @@ impl Linear {
         frame.expose(TILE_CIRCLES, &tile_radius);
         let result = frame.color_texture("linear", view.size());
         let mut sums = frame.texture(SUMS, UVec2::ONE, wgpu::TextureFormat::Rgba32Float);
-        for part in Part::all(params.reach) {
+        for part in Part::all(params.reach, frame.gpu().schedule()) {
             let size = if part.is_last == 0 { result.size() } else { UVec2::ONE };
             let new_sums = frame.texture(SUMS, size, wgpu::TextureFormat::Rgba32Float);
             frame

@@ -21,18 +21,31 @@
 //! the opacity reached, so that flat colours stay what they are; `repeated_inclusion` brings
 //! the excess back.
 
-use super::subimages::{self, Spacing, SubImages, Wanted};
+use super::subimages::{self, Spacing, SubImages, Wanted, blocks_of, box_groups, image_blocks};
 use super::{About, Apertures, Meaning, Method, MethodError, Param};
 use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
-use crate::shader;
 use crate::view::{Layer, View};
+use crate::{shader, uniform};
 
 const SHADER: Shader = shader!("methods/pyramid");
 
 /// Levels of pull-push beyond the one at which half the image is a texel: by then every
 /// texel has met a known one.
 const LEVELS_TO_MEET: u32 = 2;
+
+/// Texels of a level, of one layer, that a single workgroup fills with all coarser levels in about
+/// the time that a dispatch takes to start: 16 for each of its invocations.
+const FEW_TEXELS: u32 = 4096;
+
+uniform! {
+    struct Coarse {
+        finest: u32,
+        coarsest: u32,
+        texels: u32,
+        _unused: u32,
+    }
+}
 
 /// Sub-images with disocclusion.
 #[derive(Clone, Debug, Default)]
@@ -83,9 +96,10 @@ impl Method for Pyramid {
         let filled = disocclude(frame, &sub_images, &pinhole);
 
         let matted = sub_images.matte(frame);
+        let groups = box_groups(matted.size());
         bind_pixels(frame.pass(&SHADER, "matte_and_reduce"), &sub_images, &pinhole, &filled)
             .texture("coarser", &matted)
-            .dispatch_layers(matted.size(), sub_images.blurred_count());
+            .dispatch_groups(groups.x, groups.y, 1);
 
         let blurred = sub_images.blur(frame, matted);
 
@@ -94,7 +108,7 @@ impl Method for Pyramid {
             .texture("analysis", &blurred.analysis)
             .texture("blur", &blurred.blur)
             .texture("result", &result)
-            .dispatch(result.size());
+            .dispatch(image_blocks(result.size()));
         Ok(result)
     }
 
@@ -115,7 +129,7 @@ impl Method for Pyramid {
     }
 }
 
-/// Level 1 of all sub-images, premultiplied with how well a texel is known.
+/// A level of all sub-images, premultiplied with how well a texel is known.
 #[derive(Clone)]
 struct Known {
     color: Texture,
@@ -132,50 +146,80 @@ impl Known {
             depth: sub_images.texture(frame, "pull-push depth", level, layers, depth),
         }
     }
+
+    fn read<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
+        pass.texture("known_color", &self.color).texture("known_depth", &self.depth)
+    }
+
+    fn write<'f, 'g>(&self, pass: Pass<'f, 'g>) -> Pass<'f, 'g> {
+        pass.texture("color_out", &self.color).texture("depth_out", &self.depth)
+    }
 }
 
 /// What evaluating a disoccluded pixel takes.
 fn bind_pixels<'f, 'g>(pass: Pass<'f, 'g>, sub_images: &SubImages, pinhole: &Layer, filled: &Known) -> Pass<'f, 'g> {
-    sub_images.bind(pass, pinhole).texture("filled_color", &filled.color).texture("filled_depth", &filled.depth)
+    sub_images
+        .bind(pass, pinhole)
+        .buffer("occupied", &sub_images.occupied)
+        .texture("filled_color", &filled.color)
+        .texture("filled_depth", &filled.depth)
 }
 
 /// Pull-push: level 1 of each sub-image with its holes filled. Pixels are completed from
 /// it where they are read.
 fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) -> Known {
     let coarsest = sub_images.levels_to_one() + LEVELS_TO_MEET;
-    let known: Vec<Known> = (1..=coarsest).map(|level| Known::new(frame, sub_images, level)).collect();
-    sub_images
-        .bind(frame.pass(&SHADER, "pull_image"), pinhole)
-        .texture("color_out", &known[0].color)
-        .texture("depth_out", &known[0].depth)
-        .dispatch_layers(known[0].color.size(), sub_images.count());
+    let few = |level: &u32| sub_images.level_size(*level).element_product() <= FEW_TEXELS;
+    let finest_of_few = (1..coarsest).find(few).unwrap_or(coarsest);
+
+    let known: Vec<Known> = (1..=finest_of_few).map(|level| Known::new(frame, sub_images, level)).collect();
+    let groups = box_groups(known[0].color.size());
+    let pass = sub_images.bind(frame.pass(&SHADER, "pull_image"), pinhole);
+    let pass = pass.buffer("occupied_out", &sub_images.occupied);
+    known[0].write(pass).dispatch_groups(groups.x, groups.y, 1);
     for (level, pair) in (2..).zip(known.windows(2)) {
-        frame
-            .pass(&SHADER, "pull_level")
-            .label(format_args!("pull level {level}"))
-            .buffer("occupied", &sub_images.occupied)
-            .texture("known_color", &pair[0].color)
-            .texture("known_depth", &pair[0].depth)
-            .texture("color_out", &pair[1].color)
-            .texture("depth_out", &pair[1].depth)
-            .dispatch_layers(pair[1].color.size(), sub_images.count());
+        let groups = box_groups(pair[1].color.size());
+        let pass = frame.pass(&SHADER, "pull_level").label(format_args!("pull level {level}"));
+        let pass = pair[0].read(pass.buffer("occupied", &sub_images.occupied));
+        pair[1].write(pass).dispatch_groups(groups.x, groups.y, sub_images.count());
     }
+
     let mut filled = known[known.len() - 1].clone();
-    for (level, known) in (1..coarsest).zip(&known).rev() {
+    if finest_of_few < coarsest {
+        let finest = Known::new(frame, sub_images, finest_of_few);
+        fill_coarse(frame, sub_images, [finest_of_few, coarsest], &filled, &finest);
+        filled = finest;
+    }
+    for (level, known) in (1..finest_of_few).zip(&known).rev() {
         let finer = Known::new(frame, sub_images, level);
-        frame
-            .pass(&SHADER, "push_level")
-            .label(format_args!("push level {level}"))
-            .buffer("occupied", &sub_images.occupied)
-            .texture("known_color", &known.color)
-            .texture("known_depth", &known.depth)
-            .texture("filled_color", &filled.color)
-            .texture("filled_depth", &filled.depth)
-            .texture("color_out", &finer.color)
-            .texture("depth_out", &finer.depth)
-            .dispatch_layers(finer.color.size(), sub_images.count());
+        let pass = frame.pass(&SHADER, "push_level").label(format_args!("push level {level}"));
+        let pass = known.read(pass.buffer("occupied", &sub_images.occupied));
+        let pass = pass.texture("filled_color", &filled.color).texture("filled_depth", &filled.depth);
+        finer.write(pass).dispatch_layers(blocks_of(finer.color.size()), sub_images.count());
         filled = finer;
     }
     frame.expose("disoccluded sub-images", &filled.color);
     filled
+}
+
+/// Fills the `finest` of the levels of few texels, of which `known` is what is known: down to the
+/// `coarsest` and up again.
+fn fill_coarse(
+    frame: &mut Frame<'_>,
+    sub_images: &SubImages,
+    [finest, coarsest]: [u32; 2],
+    known: &Known,
+    filled: &Known,
+) {
+    let texels = (finest + 1..=coarsest).map(|level| sub_images.level_size(level).element_product()).sum();
+    let scratch = |label, bytes: u64| frame.gpu().scratch(label, bytes * u64::from(texels * sub_images.count()));
+    let (colors, depths) = (scratch("coarse pull-push colours", 16), scratch("coarse pull-push depths", 4));
+    let pass = frame
+        .pass(&SHADER, "fill_coarse")
+        .uniform("sub_images", &sub_images.uniform)
+        .uniform("coarse", &Coarse { finest, coarsest, texels, _unused: 0 })
+        .buffer("occupied", &sub_images.occupied)
+        .buffer("coarse_color", &colors)
+        .buffer("coarse_depth", &depths);
+    filled.write(known.read(pass)).dispatch_groups(1, 1, sub_images.count());
 }
