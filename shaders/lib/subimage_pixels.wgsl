@@ -77,3 +77,21 @@ fn first_block() -> vec2i {
     // >> rounds down for negative numbers too.
     return (vec2i(i32(sub_images.overscan)) - sub_images.centre + 1) >> vec2u(1u);
 }
+
+// ---- results ----
+//
+// 8x8 blocks have 16x16 pixels. They are handed over through the workgroup's memory: rows of
+// pixels next to each other are stored in fewer transactions than corners of blocks.
+
+var<workgroup> results: array<vec3f, 256>;
+
+/// Hands over corner i of the block of an invocation.
+fn hand_over(local: vec2u, i: u32, result: vec3f) {
+    results[(2u * local.y + (i >> 1u)) * 16u + 2u * local.x + (i & 1u)] = result;
+}
+
+/// The pixel, in the image without overscan, of slot i of `results`.
+fn result_pixel(group: vec2u, i: u32) -> vec2i {
+    let first = block_texel(first_block() + 8 * vec2i(group), 0u);
+    return first + vec2i(vec2u(i % 16u, i / 16u)) + sub_images.centre - vec2i(i32(sub_images.overscan));
+}

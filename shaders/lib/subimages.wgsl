@@ -95,12 +95,6 @@ fn block_texel(b: vec2i, i: u32) -> vec2i {
     return 2 * b - 1 + vec2i(vec2u(i & 1u, i >> 1u));
 }
 
-/// The block, counted from the centre, of an invocation of a grid over all blocks of a level
-/// of `size` texels: `blocks_of` in src/methods/subimages.rs.
-fn block_from_centre(index: vec2u, size: vec2u) -> vec2i {
-    return vec2i(index) - vec2i(size / 4u);
-}
-
 /// Four texels of a level: those between which a block of the finer one lies.
 struct Quad {
     top_left: vec4f,
@@ -142,4 +136,61 @@ fn quad_of(level: texture_2d_array<f32>, at: QuadPlace, layer: u32) -> Quad {
 /// The opacities of a quad's texels.
 fn opacities(quad: Quad) -> Quad {
     return Quad(vec4f(quad.top_left.a), vec4f(quad.top_right.a), vec4f(quad.bottom_left.a), vec4f(quad.bottom_right.a));
+}
+
+// ---- synthesis: a workgroup has 16x16 texels of the finer level ----
+
+const TILE = 16u;
+/// Texels of the coarser level along a side that they lie between.
+const AROUND = 10u;
+
+/// Those texels: a colour, and another number.
+var<workgroup> around_colors: array<vec4f, 100>;
+var<workgroup> around_numbers: array<f32, 100>;
+
+/// The first of them, from the centre, for the tile whose first texel lies at p.
+fn first_around(p: vec2i) -> vec2i {
+    // >> rounds down for negative numbers too.
+    return ((p + 1) >> vec2u(1u)) - 1;
+}
+
+/// Slot i of them in a level of `size`. Beyond the border is what is nearest to it.
+fn around_texel(first: vec2i, i: u32, size: vec2u) -> vec2i {
+    let p = first + vec2i(vec2u(i % AROUND, i / AROUND));
+    return clamp(texel_index(p, size), vec2i(0), vec2i(size) - 1);
+}
+
+/// Where a texel p of the tile lies between them: the first slot, and its corner of the block.
+struct Place {
+    slot: u32,
+    corner: u32,
+}
+
+fn place_in(first: vec2i, p: vec2i) -> Place {
+    let b = (p + 1) >> vec2u(1u);
+    let slot = vec2u(b - 1 - first);
+    let corner = vec2u(p - (2 * b - 1));
+    return Place(slot.y * AROUND + slot.x, corner.y * 2u + corner.x);
+}
+
+fn expanded_color(place: Place) -> vec4f {
+    let below = place.slot + AROUND;
+    let quad = Quad(
+        around_colors[place.slot],
+        around_colors[place.slot + 1u],
+        around_colors[below],
+        around_colors[below + 1u],
+    );
+    return expanded(quad, place.corner);
+}
+
+fn expanded_number(place: Place) -> f32 {
+    let below = place.slot + AROUND;
+    let quad = Quad(
+        vec4f(around_numbers[place.slot]),
+        vec4f(around_numbers[place.slot + 1u]),
+        vec4f(around_numbers[below]),
+        vec4f(around_numbers[below + 1u]),
+    );
+    return expanded(quad, place.corner).x;
 }

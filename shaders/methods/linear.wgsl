@@ -28,6 +28,12 @@ struct Params {
     overscan: u32,
     /// Pixels that the greatest circle in view may reach along an axis.
     reach: u32,
+    /// Pixels of a circle that `table` has, along an axis.
+    table_reach: u32,
+    /// Share of a pixel that one of its sub-pixels stands for.
+    share: f32,
+    _0: u32,
+    _1: u32,
 }
 
 @group(0) @binding(0) var<uniform> lens: Lens;
@@ -57,40 +63,87 @@ struct Part {
 @group(0) @binding(11) var sums: texture_2d<f32>;
 @group(0) @binding(12) var new_sums: texture_storage_2d<rgba32float, write>;
 
+/// How many sub-pixels of a regular grid lie within circles (src/methods/linear/table.rs): where
+/// the counts of each pixel begin, and two counts a word.
+@group(0) @binding(13) var<storage, read> table_begins: array<u32>;
+@group(0) @binding(14) var<storage, read> table: array<u32>;
+
 const PI = 3.14159265;
 const TILE = 16;
 const HALF_DIAGONAL = 0.70710678;
 /// Radius below which a circle lies within its own pixel.
 const OWN_PIXEL_RADIUS = 0.5;
 
-/// Sub-pixels within the circle of the pixel at `offset`, not the circle's own one, row by row of
-/// a regular grid, in units of half a sub-pixel: the columns lie at a, a + 2, ...,
-/// a + 2 (side - 1). All lie to the right of the circle's centre: those within it come first.
-fn grid_coverage(radius: f32, offset: vec2f) -> f32 {
+// A regular grid is measured in units of half a sub-pixel: rows and columns lie at a, a + 2, ...,
+// a + 2 (side - 1), all of them whole numbers, and so are squared distances. Of a circle only its
+// squared radius matters, `r2`, and only by which whole numbers are less.
+
+fn squared_radius(radius: f32) -> f32 {
+    let r = 2.0 * f32(params.side) * radius;
+    return r * r;
+}
+
+/// Least and greatest squared distance of the sub-pixels of the pixel at `offset`, both
+/// coordinates at least 0, the first the greater and at least 1.
+fn distances_squared(offset: vec2f) -> vec2f {
+    let side = f32(params.side);
+    let near = 2.0 * side * offset - (side - 1.0);
+    let far = 2.0 * side * offset + (side - 1.0);
+    // In the circle's own row the nearest lies at 0, or beside it if their number is even.
+    let beside = f32(1u - (params.side & 1u));
+    let nearest = vec2f(near.x, max(near.y, beside));
+    return vec2f(dot(nearest, nearest), dot(far, far));
+}
+
+/// Share of the sub-pixels that lie within the circle, row by row: all lie to the right of its
+/// centre, those within it first.
+fn grid_coverage(r2: f32, offset: vec2f) -> f32 {
     let side = f32(params.side);
     let first = 2.0 * side * offset - (side - 1.0);
-    let r = 2.0 * side * radius;
     var count = 0.0;
     // Two rows a round, one of them beyond the pixel where `side` is odd.
     for (var row = 0u; row < params.side; row += 2u) {
         let rows = f32(row) + vec2f(0.0, 1.0);
         let y = first.y + 2.0 * rows;
-        let half_chord = sqrt(max(r * r - y * y, vec2f(0.0)));
+        let half_chord = sqrt(max(r2 - y * y, vec2f(0.0)));
         let columns = clamp(ceil(0.5 * (half_chord - first.x)), vec2f(0.0), vec2f(side));
         count += columns.x + select(0.0, columns.y, rows.y < side);
     }
     return count / (side * side);
 }
 
-/// As `grid_coverage`, of the circle's own pixel: its centre is the pixel's.
-fn own_grid_coverage(radius: f32) -> f32 {
+/// The same by the table, for a pixel with the least squared distance `nearest`.
+fn table_coverage(r2: f32, offset: vec2u, nearest: f32) -> f32 {
+    let pixel = offset.x * (offset.x + 1u) / 2u + offset.y;
+    // The first count is that of the first whole number beyond the nearest one.
+    let entry = table_begins[pixel] + u32(ceil(r2) - nearest) - 1u;
+    let count = (table[entry / 2u] >> (16u * (entry & 1u))) & 0xffffu;
+    return f32(count) * params.share;
+}
+
+/// Share of a pixel, not the circle's own one, as `distances_squared` has it.
+fn regular_coverage(r2: f32, offset: vec2f) -> f32 {
+    let distances = distances_squared(offset);
+    if r2 <= distances.x {
+        return 0.0;
+    }
+    if r2 > distances.y {
+        return 1.0;
+    }
+    if offset.x <= f32(params.table_reach) {
+        return table_coverage(r2, vec2u(offset), distances.x);
+    }
+    return grid_coverage(r2, offset);
+}
+
+/// The same of the circle's own pixel: its centre is the pixel's.
+fn own_coverage(r2: f32) -> f32 {
     let side = f32(params.side);
     let first = -(side - 1.0);
-    let r = 2.0 * side * radius;
     var count = 0.0;
     for (var row = 0u; row < params.side; row++) {
         let y = first + 2.0 * f32(row);
-        let left = r * r - y * y;
+        let left = r2 - y * y;
         let half_chord = sqrt(max(left, 0.0));
         let end = clamp(ceil(0.5 * (half_chord - first)), 0.0, side);
         let begin = clamp(floor(0.5 * (-half_chord - first)) + 1.0, 0.0, side);
@@ -117,6 +170,11 @@ fn jittered_coverage(radius: f32, offset: vec2f) -> f32 {
     return count / f32(params.side * params.side);
 }
 
+/// 1: coverage is by a regular grid.
+fn is_regular() -> bool {
+    return params.naive == 0u && params.jittered == 0u;
+}
+
 /// Share of the pixel at `offset`, both coordinates at least 0, within the circle.
 fn coverage(radius: f32, offset: vec2f) -> f32 {
     let distance = length(offset);
@@ -134,10 +192,11 @@ fn coverage(radius: f32, offset: vec2f) -> f32 {
     if params.jittered != 0u {
         return jittered_coverage(radius, folded);
     }
+    let r2 = squared_radius(radius);
     if folded.x == 0.0 {
-        return own_grid_coverage(radius);
+        return own_coverage(r2);
     }
-    return grid_coverage(radius, folded);
+    return regular_coverage(r2, folded);
 }
 
 /// Sum of all coverages of a circle, from one eighth of the plane: column by column, the pixels
@@ -204,7 +263,9 @@ const INVOCATIONS = 128u;
 
 /// Colour times energy for each covered pixel, and that energy.
 var<workgroup> source_light: array<vec4f, 768>;
-var<workgroup> source_radius: array<f32, 768>;
+/// Its radius, px; where coverage is by a regular grid `squared_radius`. 0 of a circle within its
+/// own pixel.
+var<workgroup> source_size: array<f32, 768>;
 /// Of all tiles in reach, of a chunk, and of the chunk after it.
 var<workgroup> group_radius_bits: atomic<u32>;
 var<workgroup> chunk_radius_bits: array<atomic<u32>, 2>;
@@ -225,7 +286,7 @@ fn load_source(slot: u32, at: vec2i) -> f32 {
         }
     }
     source_light[slot] = light;
-    source_radius[slot] = radius;
+    source_size[slot] = select(radius, squared_radius(radius), is_regular() && radius > 0.0);
     return radius;
 }
 
@@ -252,24 +313,59 @@ fn radius_in_reach(first: vec2i, last: vec2i, index: u32) -> f32 {
     return greatest;
 }
 
+/// What the source in `slot` of the loaded window spreads to a pixel at `offset` from it.
+fn light_of(slot: i32, offset: vec2f) -> vec4f {
+    let radius = source_size[slot];
+    if max(offset.x, offset.y) > radius + 0.5 {
+        return vec4f(0.0);
+    }
+    var share = 1.0;
+    if radius >= OWN_PIXEL_RADIUS {
+        share = coverage(radius, offset);
+    }
+    return share * source_light[slot];
+}
+
+/// The same where coverage is by a regular grid. The offset is the same for all pixels of the
+/// workgroup, and so is all that follows from it alone.
+fn regular_light_of(slot: i32, offset: vec2f) -> vec4f {
+    let r2 = source_size[slot];
+    let folded = vec2f(max(offset.x, offset.y), min(offset.x, offset.y));
+    if folded.x == 0.0 {
+        var own = 1.0;
+        if r2 > 0.0 {
+            own = own_coverage(r2);
+        }
+        return own * source_light[slot];
+    }
+    let distances = distances_squared(folded);
+    if r2 <= distances.x {
+        return vec4f(0.0);
+    }
+    let light = source_light[slot];
+    if r2 > distances.y {
+        return light;
+    }
+    if folded.x <= f32(params.table_reach) {
+        return table_coverage(r2, vec2u(folded), distances.x) * light;
+    }
+    return grid_coverage(r2, folded) * light;
+}
+
 /// What the sources of the loaded window whose offsets lie between `low` and `high` spread to the
 /// pixel `local` of the workgroup; the window begins at the offset `begin`.
 fn light_from_window(local: vec2i, begin: vec2i, low: vec2i, high: vec2i) -> vec4f {
+    let regular = is_regular();
     var sum = vec4f(0.0);
     for (var y = low.y; y <= high.y; y++) {
         let row = (local.y + y - begin.y) * WINDOW.x + local.x - begin.x;
         for (var x = low.x; x <= high.x; x++) {
-            let slot = row + x;
-            let radius = source_radius[slot];
             let offset = vec2f(abs(vec2i(x, y)));
-            if max(offset.x, offset.y) > radius + 0.5 {
-                continue;
+            if regular {
+                sum += regular_light_of(row + x, offset);
+            } else {
+                sum += light_of(row + x, offset);
             }
-            var share = 1.0;
-            if radius >= OWN_PIXEL_RADIUS {
-                share = coverage(radius, offset);
-            }
-            sum += share * source_light[slot];
         }
     }
     return sum;

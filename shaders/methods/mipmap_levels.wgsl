@@ -255,19 +255,26 @@ fn filter_levels(
         }
         if reads_rest {
             let everything = textureLoad(pyramid, at, ALL, level - 1u);
-            let own = textureLoad(pyramid, at, BEFORE, level - 1u);
-            let coc = textureLoad(pyramid, at, COC, level - 1u).y / max(own.a, 1e-20);
+            var own = vec4f(0.0);
+            var coc = 0.0;
+            // What is in front has a part in ALL, too.
+            if everything.a > 0.0 {
+                own = textureLoad(pyramid, at, BEFORE, level - 1u);
+                coc = textureLoad(pyramid, at, COC, level - 1u).y / max(own.a, 1e-20);
+            }
             let variance = variance_of_coc(coc);
             let wider = clamp((variance - narrow_disc(level)) / (widest(level) - narrow_disc(level)), 0.0, 1.0);
-            let ending = (wider - handed_on(variance, level)) * own;
-            let is_last = level == params.levels;
-            let narrow_ending = select((1.0 - wider) * own, vec4f(0.0, 0.0, 0.0, everything.a), is_last);
-            let rest = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
-            tiles[2u * KIND + i] = select(ending, vec4f(0.0), is_last);
-            tiles[KIND + i] = narrow_ending;
-            tiles[3u * KIND + i] = rest;
-            found |= select(0u, HAS_ENDING, any(narrow_ending != vec4f(0.0)) || any(ending != vec4f(0.0)));
-            found |= select(0u, HAS_REST, any(rest != vec4f(0.0)));
+            let has_ending = level < params.front_level;
+            let presence = select(vec4f(0.0), vec4f(0.0, 0.0, 0.0, everything.a), level == params.front_level);
+            let in_narrow = select(presence, (1.0 - wider) * own, has_ending);
+            let in_wide = select(vec4f(0.0), (wider - handed_on(variance, level)) * own, has_ending);
+            tiles[KIND + i] = in_narrow;
+            tiles[2u * KIND + i] = in_wide;
+            tiles[3u * KIND + i] = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
+            found |= select(0u, HAS_ENDING, any(in_narrow != vec4f(0.0)) || any(in_wide != vec4f(0.0)));
+            // Only what is in front looks behind itself. On coarser levels a single pixel's share is
+            // less than a number can hold.
+            found |= select(0u, HAS_REST, everything.a > 0.0 || level > 6u || params.anisotropic == 0u);
         }
     }
     if found != 0u {

@@ -78,13 +78,6 @@ fn shares(variance: f32) -> vec4f {
     return vec4f(beyond - vec3f(beyond.yz, on), 1.0 - beyond.x);
 }
 
-/// How far a pixel in front of the focus distance counts as the surface of another there, or
-/// as lying before it: as soon as it is as blurred, and not at all if half as blurred. Signed
-/// CoCs, px.
-fn is_before(c: f32, pixel: f32) -> f32 {
-    return select(clamp(2.0 * c / pixel - 1.0, 0.0, 1.0), 0.0, c >= 0.0);
-}
-
 /// Adds to what is seen behind something in front what a coarser read has of it, as far as
 /// finer ones have left it open: half of a read is enough to go by. Alpha is how far it is
 /// known.
@@ -131,8 +124,9 @@ struct Drawn {
 
 /// A pixel, and what of its tile is drawn at all.
 struct Receiver {
-    coc: f32,
-    /// reach^2 over the variance of its blur: what `part` multiplies another's by.
+    /// 2 over its signed CoC, 1/px.
+    two_per_coc: f32,
+    /// (reach^2 / 3) over the variance of its blur: `part` of another's variance grows by that.
     part_per_variance: f32,
     in_front: bool,
     takes: bool,
@@ -146,10 +140,12 @@ fn with_neighbour(drawn: Drawn, to: Receiver, q: i32, own: f32, disc: vec3f, its
     let c = pixel.w;
     let light = vec4f(pixel.rgb, 1.0);
     let is_behind = c >= 0.0;
-    let before_own = is_before(c, to.coc);
+    // How far it counts as the surface of a pixel in front of the focus distance, or as lying
+    // before it: as soon as it is as blurred, and not at all if half as blurred.
+    let before_own = select(clamp(c * to.two_per_coc - 1.0, 0.0, 1.0), 0.0, is_behind);
     var result = drawn;
     if to.takes {
-        let others = clamp((to.part_per_variance * variance_of_coc(c) - 1.0) / 3.0, 0.0, 1.0);
+        let others = clamp(to.part_per_variance * variance_of_coc(c) - 1.0 / 3.0, 0.0, 1.0);
         let of_behind = select(0.0, select(1.0, others, params.anisotropic != 0u), is_behind);
         let taken = select(select(of_behind, 1.0, itself > 0.0), 1.0 - before_own, to.in_front);
         result.sum += own * taken * light;
@@ -239,8 +235,8 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     // Discs on the image.
     let in_front = own_coc.x < 0.0;
     let sees_front = in_front || params.smoothing != 0u;
-    let part_per_variance = params.reach * params.reach / max(own_coc.y, 1e-12);
-    let to = Receiver(own_coc.x, part_per_variance, in_front, is_drawn, is_spread && sees_front);
+    let part_per_variance = params.reach * params.reach / (3.0 * max(own_coc.y, 1e-12));
+    let to = Receiver(2.0 / own_coc.x, part_per_variance, in_front, is_drawn, is_spread && sees_front);
     var drawn = Drawn(vec4f(0.0), vec4f(0.0));
     if is_drawn || to.is_spread_over {
         drawn = draw(to, shares(own_coc.y), centre, (found & FAR_REACHING) != 0u);
@@ -248,11 +244,11 @@ fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     let sum = drawn.sum;
     var spread = drawn.spread;
 
-    // Levels. The coarsest tells whether anything in front is near by: its texels are wider
+    // Levels. The front level tells whether anything in front is near by: its texels are wider
     // than what ends on any level reaches.
     let own_level = u32(max(level_of_variance(own_coc.y), 0.0));
-    let reached = sees_front && params.foreground != 0u && read_level(at, params.levels, SPREAD).a > 0.0;
-    for (var l = 1u; l < select(0u, params.levels, reached); l++) {
+    let reached = sees_front && params.foreground != 0u && read_level(at, params.front_level, SPREAD).a > 0.0;
+    for (var l = 1u; l < select(0u, params.front_level, reached); l++) {
         // Of something in front only what is as blurred: the level before its own fades out.
         let fading = select(0.0, 1.0 - handed_on(own_coc.y, own_level), l + 1u == own_level);
         let before = select(1.0, select(fading, 1.0, l >= own_level), in_front);

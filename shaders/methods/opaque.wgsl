@@ -104,16 +104,14 @@ fn blended(seen: Seen, layer: u32, p: Pixel, quad: Quad, glow_quad: Quad, i: u32
     return behind(seen, sub);
 }
 
-fn put(b: vec2i, i: u32, seen: Seen) {
-    let at = block_texel(b, i) + sub_images.centre - vec2i(i32(sub_images.overscan));
-    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(result))) {
-        textureStore(result, at, vec4f(seen.light, 1.0));
-    }
-}
-
 /// Equation (6), from front to back: the same sum, and it ends where nothing shows through.
 @compute @workgroup_size(8, 8)
-fn blur_and_blend(@builtin(global_invocation_id) id: vec3u) {
+fn blur_and_blend(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
     let b = first_block() + vec2i(id.xy);
     let pixels = pixel_block(b, false);
     let place = quad_place(b, textureDimensions(analysis));
@@ -144,8 +142,15 @@ fn blur_and_blend(@builtin(global_invocation_id) id: vec3u) {
         seen_d = blended(seen_d, layer, pixels.d, quad, glow_quad, 3u);
         open = max(max(seen_a.through, seen_b.through), max(seen_c.through, seen_d.through)) > 0.0;
     }
-    put(b, 0u, seen_a);
-    put(b, 1u, seen_b);
-    put(b, 2u, seen_c);
-    put(b, 3u, seen_d);
+    hand_over(local.xy, 0u, seen_a.light);
+    hand_over(local.xy, 1u, seen_b.light);
+    hand_over(local.xy, 2u, seen_c.light);
+    hand_over(local.xy, 3u, seen_d.light);
+    workgroupBarrier();
+    for (var i = index; i < 256u; i += 64u) {
+        let at = result_pixel(group.xy, i);
+        if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(result))) {
+            textureStore(result, at, vec4f(results[i], 1.0));
+        }
+    }
 }

@@ -173,19 +173,25 @@ fn at_corner(around: Around, i: u32) -> Known {
     return Known(expanded(around.color, i), expanded(around.depth, i).r);
 }
 
-@compute @workgroup_size(8, 8)
-fn push_level(@builtin(global_invocation_id) id: vec3u) {
-    if !is_occupied(occupied, id.z) {
-        return;
-    }
+@compute @workgroup_size(16, 16)
+fn push_level(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
     let size = textureDimensions(color_out);
-    let b = block_from_centre(id.xy, size);
-    let around = around_block(b, id.z);
-    for (var i = 0u; i < 4u; i++) {
-        let at = texel_index(block_texel(b, i), size);
-        if all(at >= vec2i(0)) && all(at < vec2i(size)) {
-            store(vec2u(at), id.z, completed(known_at(at, id.z), at_corner(around, i)));
-        }
+    let first = first_around(texel_from_centre(TILE * group.xy, size));
+    let is_here = is_occupied(occupied, group.z);
+    if is_here && index < AROUND * AROUND {
+        let at = around_texel(first, index, textureDimensions(filled_color));
+        around_colors[index] = textureLoad(filled_color, at, group.z, 0);
+        around_numbers[index] = textureLoad(filled_depth, at, group.z, 0).r;
+    }
+    workgroupBarrier();
+    if is_here && all(id.xy < size) {
+        let place = place_in(first, texel_from_centre(id.xy, size));
+        let around = Known(expanded_color(place), expanded_number(place));
+        store(id.xy, id.z, completed(known_at(vec2i(id.xy), id.z), around));
     }
 }
 
@@ -209,21 +215,39 @@ fn coarse_texel(place: u32) -> Known {
     return Known(coarse_color[place], coarse_depth[place]);
 }
 
-/// Texel p from the centre of the level above `finer`, which begins at `first`: the finest one is
-/// a texture.
-fn coarse_mean(p: vec2i, finer: u32, first: u32, layer: u32) -> Known {
+/// Texel p from the centre of the level above `finer`, which begins at `first`.
+fn coarse_mean(p: vec2i, finer: u32, first: u32) -> Known {
     let size = coarse_size(finer);
     var sum = nothing();
     for (var i = 0; i < 16; i++) {
         let at = texel_index(2 * p - 1 + vec2i(i % 4, i / 4), size);
-        if all(at >= vec2i(0)) && all(at < vec2i(size)) {
-            if finer == coarse.finest {
-                sum = plus(sum, 1.0, known_at(at, layer));
-            } else {
-                sum = plus(sum, 1.0, coarse_texel(coarse_place(first, at, size)));
-            }
-        }
+        let texel = coarse_texel(coarse_place(first, at, size));
+        sum = plus_inside(sum, texel, all(at >= vec2i(0)) && all(at < vec2i(size)));
     }
+    return mean_of(sum);
+}
+
+/// The same of the level above the finest, which is a texture.
+fn mean_above_finest(p: vec2i, layer: u32) -> Known {
+    let size = textureDimensions(known_color);
+    var sum = nothing();
+    for (var i = 0; i < 16; i++) {
+        let at = texel_index(2 * p - 1 + vec2i(i % 4, i / 4), size);
+        let inside = clamp(at, vec2i(0), vec2i(size) - 1);
+        sum = plus_inside(sum, known_at(inside, layer), all(at == inside));
+    }
+    return mean_of(sum);
+}
+
+/// All texels are read, so that they can be read at once; one beyond the border counts nothing.
+fn plus_inside(sum: Known, texel: Known, is_inside: bool) -> Known {
+    return Known(
+        sum.color + select(vec4f(0.0), texel.color, is_inside),
+        sum.z + select(0.0, texel.z, is_inside),
+    );
+}
+
+fn mean_of(sum: Known) -> Known {
     let scale = 1.0 / max(sum.color.a, 1.0);
     return Known(scale * sum.color, scale * sum.z);
 }
@@ -251,46 +275,63 @@ fn texels_of(size: vec2u) -> u32 {
     return size.x * size.y;
 }
 
+/// Stores what is known of a level, which begins at `first`: a texel an invocation.
+fn pull_coarse(l: u32, first: u32, finer_first: u32, layer: u32, index: u32) {
+    let size = coarse_size(l);
+    for (var i = index; i < size.x * size.y; i += 256u) {
+        let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
+        var mean: Known;
+        if l == coarse.finest + 1u {
+            mean = mean_above_finest(p, layer);
+        } else {
+            mean = coarse_mean(p, l - 1u, finer_first);
+        }
+        coarse_color[first + i] = mean.color;
+        coarse_depth[first + i] = mean.z;
+    }
+}
+
+/// Fills a level, which begins at `first`, from the coarser one.
+fn push_coarse(l: u32, first: u32, coarser_first: u32, index: u32) {
+    let size = coarse_size(l);
+    for (var i = index; i < size.x * size.y; i += 256u) {
+        let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
+        let filled = completed(coarse_texel(first + i), coarse_around(p, l + 1u, coarser_first));
+        coarse_color[first + i] = filled.color;
+        coarse_depth[first + i] = filled.z;
+    }
+}
+
 @compute @workgroup_size(256)
 fn fill_coarse(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
     let layer = group.z;
-    let start = layer * coarse.texels;
-    if is_occupied(occupied, layer) {
-        var finer_first = start;
-        var first = start;
-        for (var l = coarse.finest + 1u; l <= coarse.coarsest; l++) {
-            let size = coarse_size(l);
-            for (var i = index; i < texels_of(size); i += 256u) {
-                let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
-                let mean = coarse_mean(p, l - 1u, finer_first, layer);
-                coarse_color[first + i] = mean.color;
-                coarse_depth[first + i] = mean.z;
-            }
-            finer_first = first;
-            first += texels_of(size);
-            storageBarrier();
-        }
-        // Now `finer_first` is where the coarsest begins. It is as filled as it will be.
-        var filled_first = finer_first;
-        for (var step = 1u; step < coarse.coarsest - coarse.finest; step++) {
-            let l = coarse.coarsest - step;
-            let size = coarse_size(l);
-            let begin = filled_first - texels_of(size);
-            for (var i = index; i < texels_of(size); i += 256u) {
-                let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
-                let filled = completed(coarse_texel(begin + i), coarse_around(p, l + 1u, filled_first));
-                coarse_color[begin + i] = filled.color;
-                coarse_depth[begin + i] = filled.z;
-            }
-            filled_first = begin;
-            storageBarrier();
-        }
-        let size = coarse_size(coarse.finest);
-        for (var i = index; i < texels_of(size); i += 256u) {
-            let at = vec2u(i % size.x, i / size.x);
-            let around = coarse_around(texel_from_centre(at, size), coarse.finest + 1u, filled_first);
-            store(at, layer, completed(known_at(vec2i(at), layer), around));
-        }
+    if !is_occupied(occupied, layer) {
+        return;
+    }
+    let above = coarse.coarsest - coarse.finest;
+    var finer_first = layer * coarse.texels;
+    var first = finer_first;
+    for (var step = 1u; step <= above; step++) {
+        let l = coarse.finest + step;
+        pull_coarse(l, first, finer_first, layer, index);
+        storageBarrier();
+        finer_first = first;
+        first += texels_of(coarse_size(l));
+    }
+    // Now `finer_first` is where the coarsest begins. It is as filled as it will be.
+    var filled_first = finer_first;
+    for (var step = 1u; step < above; step++) {
+        let l = coarse.coarsest - step;
+        let begin = filled_first - texels_of(coarse_size(l));
+        push_coarse(l, begin, filled_first, index);
+        storageBarrier();
+        filled_first = begin;
+    }
+    let size = textureDimensions(known_color);
+    for (var i = index; i < size.x * size.y; i += 256u) {
+        let at = vec2u(i % size.x, i / size.x);
+        let around = coarse_around(texel_from_centre(at, size), coarse.finest + 1u, filled_first);
+        store(at, layer, completed(known_at(vec2i(at), layer), around));
     }
 }
 
@@ -363,17 +404,19 @@ fn behind(seen: Seen, sub: vec4f) -> Seen {
     );
 }
 
-fn put(b: vec2i, i: u32, seen: Seen) {
-    let at = block_texel(b, i) + sub_images.centre - vec2i(i32(sub_images.overscan));
-    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(result))) {
-        // Divided by the opacity that was reached.
-        textureStore(result, at, vec4f(seen.light / max(1.0 - seen.transparency, 1e-6), 1.0));
-    }
+/// Divided by the opacity that was reached.
+fn color_of(seen: Seen) -> vec3f {
+    return seen.light / max(1.0 - seen.transparency, 1e-6);
 }
 
 /// Blending from front to back.
 @compute @workgroup_size(8, 8)
-fn blur_and_blend(@builtin(global_invocation_id) id: vec3u) {
+fn blur_and_blend(
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
     let b = first_block() + vec2i(id.xy);
     let place = quad_place(b, textureDimensions(analysis));
     let start = Seen(vec3f(0.0), 1.0, 1.0);
@@ -409,8 +452,15 @@ fn blur_and_blend(@builtin(global_invocation_id) id: vec3u) {
         }
         open = max(max(seen_a.through, seen_b.through), max(seen_c.through, seen_d.through)) > 0.0;
     }
-    put(b, 0u, seen_a);
-    put(b, 1u, seen_b);
-    put(b, 2u, seen_c);
-    put(b, 3u, seen_d);
+    hand_over(local.xy, 0u, color_of(seen_a));
+    hand_over(local.xy, 1u, color_of(seen_b));
+    hand_over(local.xy, 2u, color_of(seen_c));
+    hand_over(local.xy, 3u, color_of(seen_d));
+    workgroupBarrier();
+    for (var i = index; i < 256u; i += 64u) {
+        let at = result_pixel(group.xy, i);
+        if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(result))) {
+            textureStore(result, at, vec4f(results[i], 1.0));
+        }
+    }
 }

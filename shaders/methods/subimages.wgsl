@@ -61,55 +61,64 @@ fn reduce(
 
 // ---- synthesis ----
 
-@compute @workgroup_size(8, 8)
-fn expand(@builtin(global_invocation_id) id: vec3u) {
-    if !is_occupied(occupied, id.z) {
+/// Loads what the tile of the finer level that begins at p lies between.
+fn load_around(first: vec2i, layer: u32, index: u32) {
+    if index >= AROUND * AROUND {
         return;
     }
-    let size = textureDimensions(finer_blur);
-    let b = block_from_centre(id.xy, size);
-    let place = quad_place(b, textureDimensions(analysis));
+    let at = around_texel(first, index, textureDimensions(analysis));
     // The level at which synthesis starts is that of the analysis itself.
-    var quad: Quad;
-    if sub_images.order[id.z].x == level.finer + 1u {
-        quad = quad_of(analysis, place, id.z);
+    if sub_images.order[layer].x == level.finer + 1u {
+        around_colors[index] = textureLoad(analysis, at, layer, 0);
     } else {
-        quad = quad_of(blur, place, id.z);
+        around_colors[index] = textureLoad(blur, at, layer, 0);
     }
-    for (var i = 0u; i < 4u; i++) {
-        let at = texel_index(block_texel(b, i), size);
-        if all(at >= vec2i(0)) && all(at < vec2i(size)) {
-            textureStore(finer_blur, at, id.z, expanded(quad, i));
-        }
+}
+
+@compute @workgroup_size(16, 16)
+fn expand(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let size = textureDimensions(finer_blur);
+    let first = first_around(texel_from_centre(TILE * group.xy, size));
+    let is_here = is_occupied(occupied, group.z);
+    if is_here {
+        load_around(first, group.z, index);
+    }
+    workgroupBarrier();
+    if is_here && all(id.xy < size) {
+        textureStore(finer_blur, id.xy, id.z, expanded_color(place_in(first, texel_from_centre(id.xy, size))));
     }
 }
 
 /// With the glow, equation (8): the transparencies of the expanded level and of the
 /// analysis are multiplied, so that no opacity decreases.
-@compute @workgroup_size(8, 8)
-fn expand_with_glow(@builtin(global_invocation_id) id: vec3u) {
-    if !is_occupied(occupied, id.z) {
-        return;
-    }
+@compute @workgroup_size(16, 16)
+fn expand_with_glow(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(global_invocation_id) id: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
     let size = textureDimensions(finer_blur);
-    let b = block_from_centre(id.xy, size);
-    let place = quad_place(b, textureDimensions(analysis));
-    var quad: Quad;
-    var glow_quad: Quad;
-    if sub_images.order[id.z].x == level.finer + 1u {
-        quad = quad_of(analysis, place, id.z);
-        glow_quad = opacities(quad);
-    } else {
-        quad = quad_of(blur, place, id.z);
-        glow_quad = quad_of(glow, place, id.z);
-    }
-    for (var i = 0u; i < 4u; i++) {
-        let at = texel_index(block_texel(b, i), size);
-        if all(at >= vec2i(0)) && all(at < vec2i(size)) {
-            let analysed = textureLoad(finer_analysis, at, id.z, 0).a;
-            let opacity = 1.0 - (1.0 - expanded(glow_quad, i).r) * (1.0 - analysed);
-            textureStore(finer_blur, at, id.z, expanded(quad, i));
-            textureStore(finer_glow, at, id.z, vec4f(opacity));
+    let first = first_around(texel_from_centre(TILE * group.xy, size));
+    let is_here = is_occupied(occupied, group.z);
+    if is_here {
+        load_around(first, group.z, index);
+        if index < AROUND * AROUND {
+            // Where synthesis starts the glow is the opacity itself.
+            let glow_here = textureLoad(glow, around_texel(first, index, textureDimensions(analysis)), group.z, 0).r;
+            let starts = sub_images.order[group.z].x == level.finer + 1u;
+            around_numbers[index] = select(glow_here, around_colors[index].a, starts);
         }
+    }
+    workgroupBarrier();
+    if is_here && all(id.xy < size) {
+        let place = place_in(first, texel_from_centre(id.xy, size));
+        let analysed = textureLoad(finer_analysis, id.xy, id.z, 0).a;
+        let opacity = 1.0 - (1.0 - expanded_number(place)) * (1.0 - analysed);
+        textureStore(finer_blur, id.xy, id.z, expanded_color(place));
+        textureStore(finer_glow, id.xy, id.z, vec4f(opacity));
     }
 }

@@ -21,7 +21,7 @@
 //! the opacity reached, so that flat colours stay what they are; `repeated_inclusion` brings
 //! the excess back.
 
-use super::subimages::{self, Spacing, SubImages, Wanted, blocks_of, box_groups, image_blocks};
+use super::subimages::{self, Spacing, SubImages, Wanted, box_groups, image_blocks};
 use super::{About, Apertures, Meaning, Method, MethodError, Param};
 use crate::gpu::{Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
@@ -195,7 +195,7 @@ fn disocclude(frame: &mut Frame<'_>, sub_images: &SubImages, pinhole: &Layer) ->
         let pass = frame.pass(&SHADER, "push_level").label(format_args!("push level {level}"));
         let pass = known.read(pass.buffer("occupied", &sub_images.occupied));
         let pass = pass.texture("filled_color", &filled.color).texture("filled_depth", &filled.depth);
-        finer.write(pass).dispatch_layers(blocks_of(finer.color.size()), sub_images.count());
+        finer.write(pass).dispatch_layers(finer.color.size(), sub_images.count());
         filled = finer;
     }
     frame.expose("disoccluded sub-images", &filled.color);

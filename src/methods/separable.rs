@@ -14,7 +14,7 @@
 //! foreground ends where it ends in the pinhole image unless `reach` lets it out.
 
 use super::{About, Apertures, Method, MethodError, Param};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Frame, Schedule, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
@@ -139,7 +139,11 @@ impl Method for Separable {
         let strip = UVec2::new(view.size().x, pinhole.color.size().y);
         let rows = frame.color_texture("filtered rows", strip);
         let result = frame.color_texture("separable", view.size());
-        for (entry, color, output) in [("filter_rows", &pinhole.color, &rows), ("filter_columns", &rows, &result)] {
+        let entries = match frame.gpu().schedule() {
+            Schedule::TileLists => ["filter_rows", "filter_columns"],
+            Schedule::Branches => ["filter_rows_by_windows", "filter_columns_by_windows"],
+        };
+        for (entry, color, output) in [(entries[0], &pinhole.color, &rows), (entries[1], &rows, &result)] {
             frame
                 .pass(&SHADER, entry)
                 .uniform("lens", &uniforms.lens)

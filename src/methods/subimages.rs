@@ -136,12 +136,6 @@ pub(super) fn box_groups(size: UVec2) -> UVec2 {
     size.map(|side| side.div_ceil(BOXES))
 }
 
-/// Blocks of 2x2 texels of a level of `size`, an even number on each axis: from the one that holds
-/// the first texel to the one that holds the last, the middle one around the centre.
-pub(super) fn blocks_of(size: UVec2) -> UVec2 {
-    size / 4 * 2 + 1
-}
-
 /// Most blocks of 2x2 px that an image of `size` has a part in, wherever in a block it begins.
 pub(super) fn image_blocks(size: UVec2) -> UVec2 {
     size / 2 + 1
@@ -475,7 +469,7 @@ impl SubImages {
                 .texture("glow", &coarser.glow)
                 .texture("finer_glow", glow);
         }
-        pass.dispatch_layers(blocks_of(blur.size()), layers);
+        pass.dispatch_layers(blur.size(), layers);
         frame.precision = wanted;
         let analysis = analysis[finer as usize - 1].clone();
         Blurred { glow: glow.unwrap_or_else(|| blur.clone()), blur, analysis }
