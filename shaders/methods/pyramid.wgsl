@@ -20,16 +20,17 @@
 @group(0) @binding(14) var blur: texture_2d_array<f32>;
 @group(0) @binding(15) var result: texture_storage_2d<COLOR_FORMAT, write>;
 
-/// Levels that one workgroup a layer makes: those coarser than `finest`, up to `coarsest`.
-struct Coarse {
+struct Filling {
+    /// Levels that one workgroup a layer makes: those coarser than `finest`, up to `coarsest`.
     finest: u32,
     coarsest: u32,
     /// Texels of all of them, a layer.
     texels: u32,
-    _unused: u32,
+    /// First layer of which the filled level 1 is stored.
+    first_stored: u32,
 }
 
-@group(0) @binding(16) var<uniform> coarse: Coarse;
+@group(0) @binding(16) var<uniform> filling: Filling;
 @group(0) @binding(17) var<storage, read_write> coarse_color: array<vec4f>;
 @group(0) @binding(18) var<storage, read_write> coarse_depth: array<f32>;
 
@@ -281,7 +282,7 @@ fn pull_coarse(l: u32, first: u32, finer_first: u32, layer: u32, index: u32) {
     for (var i = index; i < size.x * size.y; i += 256u) {
         let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
         var mean: Known;
-        if l == coarse.finest + 1u {
+        if l == filling.finest + 1u {
             mean = mean_above_finest(p, layer);
         } else {
             mean = coarse_mean(p, l - 1u, finer_first);
@@ -308,11 +309,11 @@ fn fill_coarse(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     if !is_occupied(occupied, layer) {
         return;
     }
-    let above = coarse.coarsest - coarse.finest;
-    var finer_first = layer * coarse.texels;
+    let above = filling.coarsest - filling.finest;
+    var finer_first = layer * filling.texels;
     var first = finer_first;
     for (var step = 1u; step <= above; step++) {
-        let l = coarse.finest + step;
+        let l = filling.finest + step;
         pull_coarse(l, first, finer_first, layer, index);
         storageBarrier();
         finer_first = first;
@@ -321,7 +322,7 @@ fn fill_coarse(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     // Now `finer_first` is where the coarsest begins. It is as filled as it will be.
     var filled_first = finer_first;
     for (var step = 1u; step < above; step++) {
-        let l = coarse.coarsest - step;
+        let l = filling.coarsest - step;
         let begin = filled_first - texels_of(coarse_size(l));
         push_coarse(l, begin, filled_first, index);
         storageBarrier();
@@ -330,7 +331,7 @@ fn fill_coarse(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_in
     let size = textureDimensions(known_color);
     for (var i = index; i < size.x * size.y; i += 256u) {
         let at = vec2u(i % size.x, i / size.x);
-        let around = coarse_around(texel_from_centre(at, size), coarse.finest + 1u, filled_first);
+        let around = coarse_around(texel_from_centre(at, size), filling.finest + 1u, filled_first);
         store(at, layer, completed(known_at(vec2i(at), layer), around));
     }
 }
@@ -345,14 +346,32 @@ fn matted(layer: u32, p: Pixel, around: Around, i: u32) -> vec4f {
     return omega * filled.color;
 }
 
-/// What is around a block, if that matters to any of its pixels.
-fn around_pixels(b: vec2i, pixels: PixelBlock, layer: u32) -> Around {
-    let ramps = sub_images.ramps[layer];
-    var around: Around;
-    if any(ramp_variables(pixels) < vec4f(ramps.y)) {
-        around = around_block(b, layer);
+/// Layers in front of whose sub-image any of a block's pixels lies, by whatever part.
+fn layers_with_holes(x: vec4f) -> u32 {
+    var layers = 0u;
+    for (var layer = 0u; layer < sub_images.count; layer++) {
+        layers |= select(0u, 1u << layer, any(x < vec4f(sub_images.ramps[layer].y)));
     }
-    return around;
+    return layers;
+}
+
+/// Texels along a side of which a workgroup makes the matted level 1: with one more on each side,
+/// as many as there are invocations, all are filled that its blocks lie between.
+const MATTED = 14u;
+
+/// Level 1 filled, of the layer at hand, is in the first half of `block_colors` and in
+/// `block_depths`: what a block lies between.
+fn around_invocation(index: u32) -> Around {
+    let above = index - BLOCKS;
+    return Around(
+        Quad(block_colors[above - 1u], block_colors[above], block_colors[index - 1u], block_colors[index]),
+        Quad(
+            vec4f(block_depths[above - 1u]),
+            vec4f(block_depths[above]),
+            vec4f(block_depths[index - 1u]),
+            vec4f(block_depths[index]),
+        ),
+    );
 }
 
 @compute @workgroup_size(16, 16)
@@ -362,29 +381,58 @@ fn matte_and_reduce(
     @builtin(local_invocation_index) index: u32,
 ) {
     let size = textureDimensions(coarser);
-    let texel = BOXES * group.xy + local.xy;
-    let b = texel_from_centre(texel, size);
+    let begin = vec2i(MATTED * group.xy) - 1;
+    let texel = begin + vec2i(local.xy);
+    let b = texel - vec2i(size / 2u);
     let pixels = pixel_block(b, true);
-    let stores = all(local.xy < vec2u(BOXES)) && all(texel < size);
-    var slot = index;
+    atomicOr(&known_here, layers_with_holes(ramp_variables(pixels)));
+    workgroupBarrier();
+    let holes = atomicLoad(&known_here);
+    // Beyond the border is what is nearest to it.
+    let inside = clamp(texel, vec2i(0), vec2i(size) - 1);
+    let first = first_around(begin - vec2i(size / 2u));
+    let place = place_in(first, inside - vec2i(size / 2u));
+    let has_block = all(local.xy > vec2u(0u));
+    let is_own = has_block && all(local.xy <= vec2u(MATTED)) && all(texel < vec2i(size));
     for (var layer = 0u; layer < sub_images.count; layer++) {
-        // Layers are sorted by level: what is not blurred comes last.
-        if sub_images.order[layer].x == 0u {
-            break;
-        }
-        if !is_occupied(occupied, layer) {
+        let is_stored = layer >= filling.first_stored;
+        let is_blurred = sub_images.order[layer].x > 0u;
+        if !is_occupied(occupied, layer) || !(is_stored || is_blurred) {
             continue;
         }
-        let around = around_pixels(b, pixels, layer);
-        block_colors[slot] = matted(layer, pixels.a, around, 0u) + matted(layer, pixels.b, around, 1u)
+        let is_filled = is_stored || is_occupied(holes, layer);
+        if is_filled && index < AROUND * AROUND {
+            let at = around_texel(first, index, textureDimensions(filled_color));
+            around_colors[index] = textureLoad(filled_color, at, layer, 0);
+            around_numbers[index] = textureLoad(filled_depth, at, layer, 0).r;
+        }
+        workgroupBarrier();
+        if is_filled {
+            let around = Known(expanded_color(place), expanded_number(place));
+            let filled = completed(known_at(inside, layer), around);
+            block_colors[index] = filled.color;
+            block_depths[index] = filled.z;
+            if is_stored && is_own {
+                store(vec2u(texel), layer - filling.first_stored, filled);
+            }
+        }
+        workgroupBarrier();
+        if !is_blurred {
+            continue;
+        }
+        var around: Around;
+        if is_filled && has_block {
+            around = around_invocation(index);
+        }
+        block_colors[256u + index] = matted(layer, pixels.a, around, 0u) + matted(layer, pixels.b, around, 1u)
             + matted(layer, pixels.c, around, 2u) + matted(layer, pixels.d, around, 3u);
         workgroupBarrier();
-        if stores {
+        if is_own {
+            let slot = 256u + index;
             let below = slot + BLOCKS;
             let sum = block_colors[slot] + block_colors[slot + 1u] + block_colors[below] + block_colors[below + 1u];
             textureStore(coarser, texel, layer, sum / 16.0);
         }
-        slot ^= 256u;
     }
 }
 
@@ -433,7 +481,10 @@ fn blur_and_blend(
         let level = sub_images.order[layer].x;
         if level == 0u {
             let pixels = pixel_block(b, true);
-            let around = around_pixels(b, pixels, layer);
+            var around: Around;
+            if is_occupied(layers_with_holes(ramp_variables(pixels)), layer) {
+                around = around_block(b, layer - filling.first_stored);
+            }
             seen_a = behind(seen_a, matted(layer, pixels.a, around, 0u));
             seen_b = behind(seen_b, matted(layer, pixels.b, around, 1u));
             seen_c = behind(seen_c, matted(layer, pixels.c, around, 2u));

@@ -77,7 +77,8 @@ mod tests {
         if squared_radius > farthest_on(long).powi(2) + farthest_on(short).powi(2) {
             return 1.0;
         }
-        let entry = table.begins[(long * (long + 1) / 2 + short) as usize] + (squared_radius.ceil() - nearest) as u32 - 1;
+        let entry =
+            table.begins[(long * (long + 1) / 2 + short) as usize] + (squared_radius.ceil() - nearest) as u32 - 1;
         f64::from(table.counts[(entry / 2) as usize] >> (16 * (entry & 1)) & 0xffff) / (side * side)
     }
 
@@ -93,7 +94,10 @@ mod tests {
                 let short = (step / 7) % (long + 1);
                 let found = looked_up(&table, side, radius_px, [long, short]);
                 let wanted = circles.coverage(radius_px, long, short);
-                assert!((found - wanted).abs() < 1e-9, "side {side}, radius {radius_px}, ({long}, {short}): {found}, {wanted}");
+                assert!(
+                    (found - wanted).abs() < 1e-9,
+                    "side {side}, radius {radius_px}, ({long}, {short}): {found}, {wanted}"
+                );
             }
         }
     }
