@@ -279,7 +279,8 @@ fn texels_of(size: vec2u) -> u32 {
 /// Stores what is known of a level, which begins at `first`: a texel an invocation.
 fn pull_coarse(l: u32, first: u32, finer_first: u32, layer: u32, index: u32) {
     let size = coarse_size(l);
-    for (var i = index; i < size.x * size.y; i += 256u) {
+    let texels = texels_of(size);
+    for (var i = index; i < texels; i += 256u) {
         let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
         var mean: Known;
         if l == filling.finest + 1u {
@@ -295,7 +296,8 @@ fn pull_coarse(l: u32, first: u32, finer_first: u32, layer: u32, index: u32) {
 /// Fills a level, which begins at `first`, from the coarser one.
 fn push_coarse(l: u32, first: u32, coarser_first: u32, index: u32) {
     let size = coarse_size(l);
-    for (var i = index; i < size.x * size.y; i += 256u) {
+    let texels = texels_of(size);
+    for (var i = index; i < texels; i += 256u) {
         let p = texel_from_centre(vec2u(i % size.x, i / size.x), size);
         let filled = completed(coarse_texel(first + i), coarse_around(p, l + 1u, coarser_first));
         coarse_color[first + i] = filled.color;

@@ -149,8 +149,13 @@ fn centre_at(at: vec2i, step: vec2i, cut: vec2i) -> Centre {
     }
     let own = textureLoad(color, at - cut, 0).rgb;
     let base = select(vec3f(0.0), own, is_finite(own));
-    let extent = i32(min(ceil(radius + 0.5), ceil(params.max_radius + 0.5))) - 1;
+    let extent = i32(ceil(radius + 0.5)) - 1;
     return Centre(tap.z, tap.radius, 1.0 / thinning(tap.radius), base, dot(at, step), extent);
+}
+
+/// No filter looks farther than this, px.
+fn greatest_extent() -> i32 {
+    return i32(ceil(params.max_radius + 0.5));
 }
 
 /// Weight of the tap x px from the centre.
@@ -190,7 +195,7 @@ fn mean(sum: Sum, centre: Centre) -> vec3f {
 fn filtered(p: vec2i, step: vec2i, cut: vec2i) -> vec3f {
     let centre = centre_at(p, step, cut);
     let first = max(-centre.extent, -centre.here);
-    let last = min(centre.extent, dot(vec2i(textureDimensions(depth)), step) - 1 - centre.here);
+    let last = min(greatest_extent(), min(centre.extent, dot(vec2i(textureDimensions(depth)), step) - 1 - centre.here));
     var sum = Sum(vec3f(0.0), 0.0);
     for (var x = first; x <= last; x++) {
         let q = p + x * step;
@@ -269,7 +274,7 @@ fn filtered_by_windows(
         atomicMax(&farthest, u32(max(centre.extent, 0)));
     }
     workgroupBarrier();
-    let farthest_tap = i32(min(f32(atomicLoad(&farthest)), ceil(params.max_radius + 0.5)));
+    let farthest_tap = min(i32(atomicLoad(&farthest)), greatest_extent());
     let window = i32(WINDOW_TAPS / lines);
     let group_begin = dot(group_first, step);
     let begin = group_begin - farthest_tap;
@@ -293,7 +298,7 @@ fn filtered_by_windows(
         workgroupBarrier();
         let first = max(max(-centre.extent, -centre.here), first_tap - centre.here);
         let end = min(dot(size, step), first_tap + window) - centre.here;
-        let last = min(centre.extent, end - 1);
+        let last = min(greatest_extent(), min(centre.extent, end - 1));
         for (var x = first; x <= last; x++) {
             let slot = line * line_stride + u32(centre.here + x - first_tap) * stride;
             let tap = tap_weights[slot];
