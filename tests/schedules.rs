@@ -57,6 +57,20 @@ fn lists_and_branches_give_the_same_pictures() {
     assert!(with_lists.contains(&"multiview") && with_lists.contains(&"adaptive"), "{with_lists:?}");
 }
 
+/// Tap by tap, as software adapters do it, and by windows in a workgroup's memory: the same taps
+/// in the same order.
+#[test]
+fn separable_filters_alike_by_windows() {
+    // Filters within a window, and over several; hardware has windows from a CoC of 14 px on.
+    for (coc_px, reach) in [(15.0, "neighbours"), (30.0, "own"), (90.0, "neighbours"), (180.0, "own")] {
+        let mut separable = methods::by_id("separable").expect("a method");
+        methods::set_param(&mut *separable, "reach", reach).unwrap();
+        let lens = lens(coc_px, 2.0);
+        let [taps, windows] = [Schedule::TileLists, Schedule::Branches].map(|s| render(&*separable, &lens, s).0);
+        assert_eq!(taps.pixels, windows.pixels, "K {coc_px} px, reach {reach}");
+    }
+}
+
 #[test]
 fn schedules_have_names() {
     for schedule in [Schedule::TileLists, Schedule::Branches] {

@@ -41,7 +41,9 @@ struct Params {
     bilinear: u32,
     /// 1: DoB and DoN are read at 5 points instead of 9.
     five_points: u32,
-    _unused: vec2u,
+    /// The first level above all on which something in front of the focus distance ends.
+    front_level: u32,
+    _unused: u32,
     /// Variance per axis, texel^2, of the three discs below.
     disc_variance: vec4f,
     /// Share of each neighbour in a disc of 2, 3 and 3 sqrt(2) texels, by the greater and

@@ -5,8 +5,8 @@
 
 /// Layers, all colour times weight: what is behind the focus distance through the narrow and
 /// the wide disc; through the narrow one what in front of it ends on the level, and all that
-/// is not in front or not blurred as much. Nothing ends on the coarsest level: alpha there is
-/// how much is in front of the focus distance at all.
+/// is not in front or not blurred as much. Nothing ends on the front level or above: alpha on
+/// that one is how much is in front of the focus distance at all.
 const NARROW = 0;
 const WIDE = 1;
 const SPREAD = 2;

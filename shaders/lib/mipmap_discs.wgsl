@@ -21,20 +21,6 @@ const BEFORE = 1;
 const ALL = 2;
 const COC = 3;
 
-/// Neighbours in 5x5 texels around one.
-const NEIGHBOURS = 25u;
-
-fn neighbour(i: u32) -> vec2i {
-    return vec2i(i32(i % 5u), i32(i / 5u)) - 2;
-}
-
-/// Shares of neighbour i in the three discs around a texel.
-fn disc_weights(i: u32) -> vec3f {
-    let distance = vec2u(abs(neighbour(i)));
-    let far = max(distance.x, distance.y);
-    return params.discs[far * (far + 1u) / 2u + min(distance.x, distance.y)].xyz;
-}
-
 /// Variance, px^2 per axis, of level l (of the paper) through disc 1 (narrow) or 2 (wide).
 fn disc_variance(l: f32, disc: u32) -> f32 {
     let texel2 = exp2(2.0 * l);

@@ -67,11 +67,6 @@ fn not_behind(ramps: vec4f, x: f32) -> f32 {
     return 1.0 - saturate((x - ramps.z) / (ramps.w - ramps.z));
 }
 
-/// The 16 texels of the 4x4 box around the centre of texel p of the next level.
-fn box_texel(p: vec2i, i: i32) -> vec2i {
-    return 2 * p + vec2i(i % 4, i / 4) - 1;
-}
-
 /// Texel p, counted from the centre, of a level of `size` texels.
 fn texel_index(p: vec2i, size: vec2u) -> vec2i {
     return p + vec2i(size / 2u);
@@ -82,18 +77,120 @@ fn texel_from_centre(index: vec2u, size: vec2u) -> vec2i {
     return vec2i(index) - vec2i(size / 2u);
 }
 
-/// One of the four texels of the coarser level around texel p, with its weight: a step of
-/// the subdivision whose limit is a biquadratic B-spline, (3/4, 1/4) per axis.
-struct Neighbour {
-    at: vec2i,
-    weight: f32,
+// ---- blocks of 2x2 texels ----
+//
+// Block b of a level has the texels 2b - 1 and 2b on each axis. Both directions between
+// levels go by blocks, so that each texel is read once:
+//
+//   the 4x4 box of texel p of the next level is the blocks p and p + 1 on each axis;
+//   the four texels of block b lie between the texels b - 1 and b of the next level.
+
+/// Texels along a side of which a workgroup makes the next level: with one block more there
+/// are as many blocks as invocations.
+const BOXES = 15u;
+const BLOCKS = 16u;
+
+/// Corner i of block b: one of its four texels.
+fn block_texel(b: vec2i, i: u32) -> vec2i {
+    return 2 * b - 1 + vec2i(vec2u(i & 1u, i >> 1u));
 }
 
-fn neighbour(p: vec2i, i: i32) -> Neighbour {
-    // >> rounds down for negative p too.
-    let near = p >> vec2u(1u);
-    let step = 2 * (p & vec2i(1)) - 1;
-    let side = vec2i(i & 1, i >> 1);
-    let weight = vec2f(0.75) - 0.5 * vec2f(side);
-    return Neighbour(near + side * step, weight.x * weight.y);
+/// Four texels of a level: those between which a block of the finer one lies.
+struct Quad {
+    top_left: vec4f,
+    top_right: vec4f,
+    bottom_left: vec4f,
+    bottom_right: vec4f,
+}
+
+/// What a quad gives corner i of its block: a step of the subdivision whose limit is a
+/// biquadratic B-spline, (3/4, 1/4) per axis.
+fn expanded(quad: Quad, i: u32) -> vec4f {
+    let right = select(0.25, 0.75, (i & 1u) != 0u);
+    let bottom = select(0.25, 0.75, (i & 2u) != 0u);
+    let top = (1.0 - right) * quad.top_left + right * quad.top_right;
+    return (1.0 - bottom) * top + bottom * ((1.0 - right) * quad.bottom_left + right * quad.bottom_right);
+}
+
+/// Where a quad's texels lie in a level of `size`: the first and the last one. Beyond the
+/// border is what is nearest to it.
+struct QuadPlace {
+    first: vec2i,
+    last: vec2i,
+}
+
+fn quad_place(b: vec2i, size: vec2u) -> QuadPlace {
+    let last = texel_index(b, size);
+    return QuadPlace(clamp(last - 1, vec2i(0), vec2i(size) - 1), clamp(last, vec2i(0), vec2i(size) - 1));
+}
+
+fn quad_of(level: texture_2d_array<f32>, at: QuadPlace, layer: u32) -> Quad {
+    return Quad(
+        textureLoad(level, at.first, layer, 0),
+        textureLoad(level, vec2i(at.last.x, at.first.y), layer, 0),
+        textureLoad(level, vec2i(at.first.x, at.last.y), layer, 0),
+        textureLoad(level, at.last, layer, 0),
+    );
+}
+
+/// The opacities of a quad's texels.
+fn opacities(quad: Quad) -> Quad {
+    return Quad(vec4f(quad.top_left.a), vec4f(quad.top_right.a), vec4f(quad.bottom_left.a), vec4f(quad.bottom_right.a));
+}
+
+// ---- synthesis: a workgroup has 16x16 texels of the finer level ----
+
+const TILE = 16u;
+/// Texels of the coarser level along a side that they lie between.
+const AROUND = 10u;
+
+/// Those texels: a colour, and another number.
+var<workgroup> around_colors: array<vec4f, 100>;
+var<workgroup> around_numbers: array<f32, 100>;
+
+/// The first of them, from the centre, for the tile whose first texel lies at p.
+fn first_around(p: vec2i) -> vec2i {
+    // >> rounds down for negative numbers too.
+    return ((p + 1) >> vec2u(1u)) - 1;
+}
+
+/// Slot i of them in a level of `size`. Beyond the border is what is nearest to it.
+fn around_texel(first: vec2i, i: u32, size: vec2u) -> vec2i {
+    let p = first + vec2i(vec2u(i % AROUND, i / AROUND));
+    return clamp(texel_index(p, size), vec2i(0), vec2i(size) - 1);
+}
+
+/// Where a texel p of the tile lies between them: the first slot, and its corner of the block.
+struct Place {
+    slot: u32,
+    corner: u32,
+}
+
+fn place_in(first: vec2i, p: vec2i) -> Place {
+    let b = (p + 1) >> vec2u(1u);
+    let slot = vec2u(b - 1 - first);
+    let corner = vec2u(p - (2 * b - 1));
+    return Place(slot.y * AROUND + slot.x, corner.y * 2u + corner.x);
+}
+
+fn expanded_color(place: Place) -> vec4f {
+    let below = place.slot + AROUND;
+    let quad = Quad(
+        around_colors[place.slot],
+        around_colors[place.slot + 1u],
+        around_colors[below],
+        around_colors[below + 1u],
+    );
+    return expanded(quad, place.corner);
+}
+
+fn expanded_number(place: Place) -> f32 {
+    let below = place.slot + AROUND;
+    let quad = Quad(
+        vec4f(around_numbers[place.slot]),
+        vec4f(around_numbers[place.slot + 1u]),
+        vec4f(around_numbers[below]),
+        vec4f(around_numbers[below + 1u]),
+    );
+    return expanded(quad, place.corner).x;
 }

@@ -28,6 +28,12 @@ struct Params {
     overscan: u32,
     /// Pixels that the greatest circle in view may reach along an axis.
     reach: u32,
+    /// Pixels of a circle that `table` has, along an axis.
+    table_reach: u32,
+    /// Share of a pixel that one of its sub-pixels stands for.
+    share: f32,
+    _0: u32,
+    _1: u32,
 }
 
 @group(0) @binding(0) var<uniform> lens: Lens;
@@ -42,11 +48,11 @@ struct Params {
 @group(0) @binding(8) var tile_radius: texture_2d<f32>;
 @group(0) @binding(9) var result: texture_storage_2d<COLOR_FORMAT, write>;
 
-/// Some rows of the tiles of sources that reach a tile.
+/// Some rows of the chunks of offsets that a workgroup gathers from.
 struct Part {
-    /// The first of them, counted from the uppermost that reaches it.
-    first_row: i32,
-    rows: i32,
+    /// The first of them, counted from the uppermost.
+    first_row: u32,
+    rows: u32,
     /// 1: what was gathered is the result.
     is_last: u32,
     _unused: u32,
@@ -57,33 +63,91 @@ struct Part {
 @group(0) @binding(11) var sums: texture_2d<f32>;
 @group(0) @binding(12) var new_sums: texture_storage_2d<rgba32float, write>;
 
+/// How many sub-pixels of a regular grid lie within circles (src/methods/linear/table.rs): where
+/// the counts of each pixel begin, and two counts a word.
+@group(0) @binding(13) var<storage, read> table_begins: array<u32>;
+@group(0) @binding(14) var<storage, read> table: array<u32>;
+
 const PI = 3.14159265;
 const TILE = 16;
 const HALF_DIAGONAL = 0.70710678;
 /// Radius below which a circle lies within its own pixel.
 const OWN_PIXEL_RADIUS = 0.5;
 
-/// Four rows are counted in each round of a loop, and sources are gathered in parts: llvmpipe
-/// ends all loops of an invocation after 65,535 rounds in all, inner ones counted, and a
-/// circle of 300 px across has more pixels than that.
-const FOUR = vec4f(0.0, 1.0, 2.0, 3.0);
+// A regular grid is measured in units of half a sub-pixel: rows and columns lie at a, a + 2, ...,
+// a + 2 (side - 1), all of them whole numbers, and so are squared distances. Of a circle only its
+// squared radius matters, `r2`, and only by which whole numbers are less.
 
-/// Sub-pixels of the pixel at `offset` within the circle, row by row of a regular grid, in
-/// units of half a sub-pixel: the columns lie at a, a + 2, ..., a + 2 (side - 1).
-fn grid_coverage(radius: f32, offset: vec2f) -> f32 {
+fn squared_radius(radius: f32) -> f32 {
+    let r = 2.0 * f32(params.side) * radius;
+    return r * r;
+}
+
+/// Least and greatest squared distance of the sub-pixels of the pixel at `offset`, both
+/// coordinates at least 0, the first the greater and at least 1.
+fn distances_squared(offset: vec2f) -> vec2f {
+    let side = f32(params.side);
+    let near = 2.0 * side * offset - (side - 1.0);
+    let far = 2.0 * side * offset + (side - 1.0);
+    // In the circle's own row the nearest lies at 0, or beside it if their number is even.
+    let beside = f32(1u - (params.side & 1u));
+    let nearest = vec2f(near.x, max(near.y, beside));
+    return vec2f(dot(nearest, nearest), dot(far, far));
+}
+
+/// Share of the sub-pixels that lie within the circle, row by row: all lie to the right of its
+/// centre, those within it first.
+fn grid_coverage(r2: f32, offset: vec2f) -> f32 {
     let side = f32(params.side);
     let first = 2.0 * side * offset - (side - 1.0);
-    let r = 2.0 * side * radius;
     var count = 0.0;
-    for (var row = 0u; row < params.side; row += 4u) {
-        let rows = f32(row) + FOUR;
+    // Two rows a round, one of them beyond the pixel where `side` is odd.
+    for (var row = 0u; row < params.side; row += 2u) {
+        let rows = f32(row) + vec2f(0.0, 1.0);
         let y = first.y + 2.0 * rows;
-        let left = r * r - y * y;
-        let half_chord = sqrt(max(left, vec4f(0.0)));
-        let end = clamp(ceil(0.5 * (half_chord - first.x)), vec4f(0.0), vec4f(side));
-        let begin = clamp(floor(0.5 * (-half_chord - first.x)) + 1.0, vec4f(0.0), vec4f(side));
-        let columns = max(end - begin, vec4f(0.0));
-        count += dot(select(vec4f(0.0), columns, (rows < vec4f(side)) & (left > vec4f(0.0))), vec4f(1.0));
+        let half_chord = sqrt(max(r2 - y * y, vec2f(0.0)));
+        let columns = clamp(ceil(0.5 * (half_chord - first.x)), vec2f(0.0), vec2f(side));
+        count += columns.x + select(0.0, columns.y, rows.y < side);
+    }
+    return count / (side * side);
+}
+
+/// The same by the table, for a pixel with the least squared distance `nearest`.
+fn table_coverage(r2: f32, offset: vec2u, nearest: f32) -> f32 {
+    let pixel = offset.x * (offset.x + 1u) / 2u + offset.y;
+    // The first count is that of the first whole number beyond the nearest one.
+    let entry = table_begins[pixel] + u32(ceil(r2) - nearest) - 1u;
+    let count = (table[entry / 2u] >> (16u * (entry & 1u))) & 0xffffu;
+    return f32(count) * params.share;
+}
+
+/// Share of a pixel, not the circle's own one, as `distances_squared` has it.
+fn regular_coverage(r2: f32, offset: vec2f) -> f32 {
+    let distances = distances_squared(offset);
+    if r2 <= distances.x {
+        return 0.0;
+    }
+    if r2 > distances.y {
+        return 1.0;
+    }
+    if offset.x <= f32(params.table_reach) {
+        return table_coverage(r2, vec2u(offset), distances.x);
+    }
+    return grid_coverage(r2, offset);
+}
+
+/// The same of the circle's own pixel: its centre is the pixel's.
+fn own_coverage(r2: f32) -> f32 {
+    let side = f32(params.side);
+    let first = -(side - 1.0);
+    var count = 0.0;
+    for (var row = 0u; row < params.side; row++) {
+        let y = first + 2.0 * f32(row);
+        let left = r2 - y * y;
+        let half_chord = sqrt(max(left, 0.0));
+        let end = clamp(ceil(0.5 * (half_chord - first)), 0.0, side);
+        let begin = clamp(floor(0.5 * (-half_chord - first)) + 1.0, 0.0, side);
+        count += select(0.0, max(end - begin, 0.0), left > 0.0);
     }
     return count / (side * side);
 }
@@ -106,6 +170,11 @@ fn jittered_coverage(radius: f32, offset: vec2f) -> f32 {
     return count / f32(params.side * params.side);
 }
 
+/// 1: coverage is by a regular grid.
+fn is_regular() -> bool {
+    return params.naive == 0u && params.jittered == 0u;
+}
+
 /// Share of the pixel at `offset`, both coordinates at least 0, within the circle.
 fn coverage(radius: f32, offset: vec2f) -> f32 {
     let distance = length(offset);
@@ -123,15 +192,27 @@ fn coverage(radius: f32, offset: vec2f) -> f32 {
     if params.jittered != 0u {
         return jittered_coverage(radius, folded);
     }
-    return grid_coverage(radius, folded);
+    let r2 = squared_radius(radius);
+    if folded.x == 0.0 {
+        return own_coverage(r2);
+    }
+    return regular_coverage(r2, folded);
 }
 
-/// Sum of all coverages of a circle, from one eighth of the plane.
+/// Sum of all coverages of a circle, from one eighth of the plane: column by column, the pixels
+/// wholly inside at once. The column's ends are rounded outwards by a pixel, so that none is missed.
 fn circle_area(radius: f32) -> f32 {
     let reach = u32(radius + 0.5);
+    let inside = max(radius - HALF_DIAGONAL, 0.0);
+    let outside = radius + HALF_DIAGONAL;
     var sum = 0.0;
     for (var x = 0u; x <= reach; x++) {
-        for (var y = 0u; y <= x; y++) {
+        let x2 = f32(x * x);
+        let begin = min(u32(max(floor(sqrt(max(inside * inside - x2, 0.0))) - 1.0, 0.0)), x);
+        let end = min(u32(sqrt(max(outside * outside - x2, 0.0))) + 1u, x);
+        // Four images of the one on the axis, eight of the others.
+        sum += select(0.0, 8.0 * f32(begin) - 4.0, begin > 0u);
+        for (var y = begin; y <= end; y++) {
             let images = select(select(8.0, 4.0, y == 0u || x == y), 1.0, x == 0u);
             sum += images * coverage(radius, vec2f(vec2u(x, y)));
         }
@@ -167,16 +248,35 @@ fn measure_circles(
     }
 }
 
-/// Colour times energy for each covered pixel, and that energy.
-var<workgroup> source_light: array<vec4f, 256>;
-var<workgroup> source_radius: array<f32, 256>;
+// Sources are gathered by their offset, the same one for all pixels of a workgroup: so neighbours
+// that are blurred alike meet their sources' edges at the same time. The square of offsets that
+// any source in reach has is cut into chunks, the sources of which fit into the workgroup's memory.
 
-/// Puts the source at `at` in the workgroup's memory; nothing where there is no pixel.
-fn load_source(slot: u32, at: vec2i) {
+/// Pixels of a workgroup.
+const PIXELS = vec2i(16, 8);
+/// Offsets along a side of a chunk.
+const CHUNK = 17;
+/// Sources that they reach.
+const WINDOW = vec2i(32, 24);
+const SOURCES = 768u;
+const INVOCATIONS = 128u;
+
+/// Colour times energy for each covered pixel, and that energy.
+var<workgroup> source_light: array<vec4f, 768>;
+/// Its radius, px; where coverage is by a regular grid `squared_radius`. 0 of a circle within its
+/// own pixel.
+var<workgroup> source_size: array<f32, 768>;
+/// Of all tiles in reach, of a chunk, and of the chunk after it.
+var<workgroup> group_radius_bits: atomic<u32>;
+var<workgroup> chunk_radius_bits: array<atomic<u32>, 2>;
+
+/// Puts the source at `at` in the workgroup's memory, and returns its radius; nothing where
+/// there is no pixel.
+fn load_source(slot: u32, at: vec2i) -> f32 {
     var light = vec4f(0.0);
     // Reaches nothing.
     var radius = -1.0;
-    if all(at < vec2i(textureDimensions(color))) {
+    if all(at >= vec2i(0)) && all(at < vec2i(textureDimensions(color))) {
         let rgb = textureLoad(color, at, 0).rgb;
         let circle = textureLoad(circles, at, 0).rg;
         // A pixel that is not finite must not spread.
@@ -186,61 +286,130 @@ fn load_source(slot: u32, at: vec2i) {
         }
     }
     source_light[slot] = light;
-    source_radius[slot] = radius;
+    source_size[slot] = select(radius, squared_radius(radius), is_regular() && radius > 0.0);
+    return radius;
 }
 
-/// What the loaded tile, whose corner is `corner`, spreads to the pixel `p`.
-fn light_from_tile(p: vec2i, corner: vec2i) -> vec4f {
+/// Offset, px, up to which circles of the radius may reach a pixel.
+fn offset_reached(radius: f32) -> i32 {
+    return i32(min(radius, params.max_radius) + 0.5);
+}
+
+/// Greatest radius of tiles that reach the pixels from `first` to `last`, as far as one of the
+/// workgroup's invocations looks.
+fn radius_in_reach(first: vec2i, last: vec2i, index: u32) -> f32 {
+    let tiles = vec2i(textureDimensions(tile_radius));
+    let reach = i32(params.reach);
+    let begin = max(first - reach, vec2i(0)) / TILE;
+    let count = vec2u(min((last + reach) / TILE, tiles - 1) - begin + 1);
+    var greatest = 0.0;
+    for (var i = index; i < count.x * count.y; i += INVOCATIONS) {
+        let tile = begin + vec2i(vec2u(i % count.x, i / count.x));
+        let corner = tile * TILE;
+        let gap = max(max(corner - last, first - corner - (TILE - 1)), vec2i(0));
+        let radius = textureLoad(tile_radius, tile, 0).r;
+        greatest = max(greatest, select(radius, 0.0, f32(max(gap.x, gap.y)) > radius + 0.5));
+    }
+    return greatest;
+}
+
+/// What the source in `slot` of the loaded window spreads to a pixel at `offset` from it.
+fn light_of(slot: i32, offset: vec2f) -> vec4f {
+    let radius = source_size[slot];
+    if max(offset.x, offset.y) > radius + 0.5 {
+        return vec4f(0.0);
+    }
+    var share = 1.0;
+    if radius >= OWN_PIXEL_RADIUS {
+        share = coverage(radius, offset);
+    }
+    return share * source_light[slot];
+}
+
+/// The same where coverage is by a regular grid. The offset is the same for all pixels of the
+/// workgroup, and so is all that follows from it alone.
+fn regular_light_of(slot: i32, offset: vec2f) -> vec4f {
+    let r2 = source_size[slot];
+    let folded = vec2f(max(offset.x, offset.y), min(offset.x, offset.y));
+    if folded.x == 0.0 {
+        var own = 1.0;
+        if r2 > 0.0 {
+            own = own_coverage(r2);
+        }
+        return own * source_light[slot];
+    }
+    let distances = distances_squared(folded);
+    if r2 <= distances.x {
+        return vec4f(0.0);
+    }
+    let light = source_light[slot];
+    if r2 > distances.y {
+        return light;
+    }
+    if folded.x <= f32(params.table_reach) {
+        return table_coverage(r2, vec2u(folded), distances.x) * light;
+    }
+    return grid_coverage(r2, folded) * light;
+}
+
+/// What the sources of the loaded window whose offsets lie between `low` and `high` spread to the
+/// pixel `local` of the workgroup; the window begins at the offset `begin`.
+fn light_from_window(local: vec2i, begin: vec2i, low: vec2i, high: vec2i) -> vec4f {
+    let regular = is_regular();
     var sum = vec4f(0.0);
-    for (var i = 0; i < TILE * TILE; i++) {
-        let radius = source_radius[i];
-        let offset = vec2f(abs(p - corner - vec2i(i % TILE, i / TILE)));
-        if max(offset.x, offset.y) > radius + 0.5 {
-            continue;
+    for (var y = low.y; y <= high.y; y++) {
+        let row = (local.y + y - begin.y) * WINDOW.x + local.x - begin.x;
+        for (var x = low.x; x <= high.x; x++) {
+            let offset = vec2f(abs(vec2i(x, y)));
+            if regular {
+                sum += regular_light_of(row + x, offset);
+            } else {
+                sum += light_of(row + x, offset);
+            }
         }
-        var share = 1.0;
-        if radius >= OWN_PIXEL_RADIUS {
-            share = coverage(radius, offset);
-        }
-        sum += share * source_light[i];
     }
     return sum;
 }
 
-@compute @workgroup_size(16, 16)
+@compute @workgroup_size(16, 8)
 fn gather_circles(
     @builtin(workgroup_id) group: vec3u,
     @builtin(local_invocation_id) local: vec3u,
     @builtin(local_invocation_index) index: u32,
 ) {
-    let first = vec2i(group.xy) * TILE + i32(params.overscan);
-    let last = first + TILE - 1;
-    let p = first + vec2i(local.xy);
-    let tiles = vec2i(textureDimensions(tile_radius));
-    let reach = i32(params.reach);
-    let begin = max(first - reach, vec2i(0)) / TILE;
-    let end = min((last + reach) / TILE, tiles - 1);
-    let at = p - i32(params.overscan);
+    let first = vec2i(group.xy) * PIXELS + i32(params.overscan);
+    let at = vec2i(group.xy) * PIXELS + vec2i(local.xy);
     let is_inside = all(at < vec2i(textureDimensions(result)));
+    // Beyond the image there are only hands to load with.
     var sum = vec4f(0.0);
-    if is_inside && part.first_row > 0 {
+    if is_inside && part.first_row > 0u {
         sum = textureLoad(sums, at, 0);
     }
-    let first_row = begin.y + part.first_row;
-    for (var y = first_row; y <= min(end.y, first_row + part.rows - 1); y++) {
-        for (var x = begin.x; x <= end.x; x++) {
-            let corner = vec2i(x, y) * TILE;
-            let gap = max(max(corner - last, first - corner - (TILE - 1)), vec2i(0));
-            if f32(max(gap.x, gap.y)) > textureLoad(tile_radius, vec2i(x, y), 0).r + 0.5 {
-                continue;
-            }
-            workgroupBarrier();
-            load_source(index, corner + vec2i(local.xy));
-            workgroupBarrier();
-            // Beyond the image there are only hands to load with.
-            if is_inside {
-                sum += light_from_tile(p, corner);
-            }
+    // Radii are not negative, so that bits order as the numbers do.
+    atomicMax(&group_radius_bits, bitcast<u32>(radius_in_reach(first, first + PIXELS - 1, index)));
+    workgroupBarrier();
+    let reach = offset_reached(bitcast<f32>(atomicLoad(&group_radius_bits)));
+    let chunks = u32(2 * reach + CHUNK) / u32(CHUNK);
+    let first_row = min(part.first_row, chunks);
+    let end = min(first_row + part.rows, chunks) * chunks;
+    for (var chunk = first_row * chunks; chunk < end; chunk++) {
+        let begin = CHUNK * vec2i(vec2u(chunk % chunks, chunk / chunks)) - reach;
+        var greatest = 0.0;
+        for (var i = index; i < SOURCES; i += INVOCATIONS) {
+            let in_window = vec2i(vec2u(i % u32(WINDOW.x), i / u32(WINDOW.x)));
+            greatest = max(greatest, load_source(i, first + begin + in_window));
+        }
+        atomicMax(&chunk_radius_bits[chunk & 1u], bitcast<u32>(greatest));
+        workgroupBarrier();
+        let reached = offset_reached(bitcast<f32>(atomicLoad(&chunk_radius_bits[chunk & 1u])));
+        let low = max(begin, vec2i(-reached));
+        let high = min(begin + CHUNK - 1, vec2i(min(reached, reach)));
+        if is_inside {
+            sum += light_from_window(vec2i(local.xy), begin, low, high);
+        }
+        workgroupBarrier();
+        if index == 0u {
+            atomicStore(&chunk_radius_bits[chunk & 1u], 0u);
         }
     }
     if is_inside && part.is_last == 0u {

@@ -177,6 +177,11 @@ const TILE = 12u;
 /// in its narrow and in its wide disc; the rest.
 var<workgroup> tiles: array<vec4f, 576>;
 const KIND = 144u;
+/// Which of them hold anything.
+var<workgroup> kinds: atomic<u32>;
+const HAS_BEHIND = 1u;
+const HAS_ENDING = 2u;
+const HAS_REST = 4u;
 
 /// Sums over the neighbours of a texel that have the same share in a disc: itself, then as in
 /// `Params.discs`.
@@ -232,39 +237,66 @@ fn filter_levels(
     }
     let corner = 8 * vec2i(vec2u(place % groups.x, place / groups.x));
     let size = level_size(level);
+    // Around what pixels of the image without overscan read by bilinear filters nothing is read.
+    let overscan = vec2i(i32(params.overscan));
+    let first_read = ((params.padding + overscan) >> vec2u(level)) - 1;
+    let last_read = ((2 * vec2i(params.level_1) - params.padding - overscan) >> vec2u(level)) + 1;
+    if any(corner > last_read) || any(corner + 7 < first_read) {
+        return;
+    }
     let reads_rest = params.foreground != 0u || params.anisotropic == 0u;
+    var found = 0u;
     for (var i = index; i < TILE * TILE; i += 64u) {
         let at = clamp_to_image(corner + vec2i(vec2u(i % TILE, i / TILE)) - 2, size);
         if params.background != 0u {
-            tiles[i] = textureLoad(pyramid, at, BEHIND, level - 1u);
+            let behind = textureLoad(pyramid, at, BEHIND, level - 1u);
+            tiles[i] = behind;
+            found |= select(0u, HAS_BEHIND, any(behind != vec4f(0.0)));
         }
         if reads_rest {
             let everything = textureLoad(pyramid, at, ALL, level - 1u);
-            let own = textureLoad(pyramid, at, BEFORE, level - 1u);
-            let coc = textureLoad(pyramid, at, COC, level - 1u).y / max(own.a, 1e-20);
+            var own = vec4f(0.0);
+            var coc = 0.0;
+            // What is in front has a part in ALL, too.
+            if everything.a > 0.0 {
+                own = textureLoad(pyramid, at, BEFORE, level - 1u);
+                coc = textureLoad(pyramid, at, COC, level - 1u).y / max(own.a, 1e-20);
+            }
             let variance = variance_of_coc(coc);
             let wider = clamp((variance - narrow_disc(level)) / (widest(level) - narrow_disc(level)), 0.0, 1.0);
-            let ending = (wider - handed_on(variance, level)) * own;
-            tiles[2u * KIND + i] = select(ending, vec4f(0.0), level == params.levels);
-            tiles[KIND + i] =
-                select((1.0 - wider) * own, vec4f(0.0, 0.0, 0.0, everything.a), level == params.levels);
+            let has_ending = level < params.front_level;
+            let presence = select(vec4f(0.0), vec4f(0.0, 0.0, 0.0, everything.a), level == params.front_level);
+            let in_narrow = select(presence, (1.0 - wider) * own, has_ending);
+            let in_wide = select(vec4f(0.0), (wider - handed_on(variance, level)) * own, has_ending);
+            tiles[KIND + i] = in_narrow;
+            tiles[2u * KIND + i] = in_wide;
             tiles[3u * KIND + i] = max(vec4f(everything.rgb, 1.0) - own, vec4f(0.0));
+            found |= select(0u, HAS_ENDING, any(in_narrow != vec4f(0.0)) || any(in_wide != vec4f(0.0)));
+            // Only what is in front looks behind itself. On coarser levels a single pixel's share is
+            // less than a number can hold.
+            found |= select(0u, HAS_REST, everything.a > 0.0 || level > 6u || params.anisotropic == 0u);
         }
     }
+    if found != 0u {
+        atomicOr(&kinds, found);
+    }
     workgroupBarrier();
+    found = atomicLoad(&kinds);
     var narrow = vec4f(0.0);
     var wide = vec4f(0.0);
     var ending = vec4f(0.0);
     var remaining = vec4f(0.0);
     let centre = (local.y + 2u) * TILE + local.x + 2u;
-    if params.background != 0u {
+    if (found & HAS_BEHIND) != 0u {
         let r = rings(centre);
         narrow = through_narrow(r);
         wide = through_wide(r, outer_rings(centre));
     }
-    if reads_rest {
+    if (found & HAS_ENDING) != 0u {
         let w = centre + 2u * KIND;
         ending = through_narrow(rings(centre + KIND)) + through_wide(rings(w), outer_rings(w));
+    }
+    if (found & HAS_REST) != 0u {
         remaining = through_narrow(rings(centre + 3u * KIND));
     }
     let texel = vec2u(corner) + local.xy;

@@ -78,18 +78,6 @@ fn shares(variance: f32) -> vec4f {
     return vec4f(beyond - vec3f(beyond.yz, on), 1.0 - beyond.x);
 }
 
-/// What of each of them a neighbour gets.
-fn weights_of(neighbour: u32) -> vec4f {
-    return vec4f(disc_weights(neighbour), select(0.0, 1.0, neighbour == NEIGHBOURS / 2u));
-}
-
-/// How far a pixel in front of the focus distance counts as the surface of another there, or
-/// as lying before it: as soon as it is as blurred, and not at all if half as blurred. Signed
-/// CoCs, px.
-fn is_before(c: f32, pixel: f32) -> f32 {
-    return select(clamp(2.0 * c / pixel - 1.0, 0.0, 1.0), 0.0, c >= 0.0);
-}
-
 /// Adds to what is seen behind something in front what a coarser read has of it, as far as
 /// finer ones have left it open: half of a read is enough to go by. Alpha is how far it is
 /// known.
@@ -114,89 +102,153 @@ const IN_FOCUS = 0u;
 const NEAR = 1u;
 const FAR = 2u;
 
-/// Of the pixels of a tile and around it signed CoC and its variance, colour, and shares.
-var<workgroup> cocs: array<vec2f, 144>;
-var<workgroup> colors: array<vec4f, 144>;
-var<workgroup> shares_out: array<vec4f, 144>;
-/// Whether a pixel of the tile is blurred; by a disc on the image; whether one in front that
-/// is may reach the tile.
-var<workgroup> blurred: atomic<u32>;
-var<workgroup> drawn: atomic<u32>;
-var<workgroup> spreading: atomic<u32>;
+/// Of the pixels of a tile and around it colour and signed CoC, px; and their shares in the discs.
+var<workgroup> pixels: array<vec4f, 144>;
+var<workgroup> shares_out: array<vec3f, 144>;
+/// What holds for any pixel of the tile, or any that may reach it.
+var<workgroup> flags: atomic<u32>;
+/// A pixel of the tile is blurred.
+const BLURRED = 1u;
+/// One is, by a disc on the image.
+const DRAWN = 2u;
+/// One in front of the focus distance is, in the tile or around it.
+const SPREADING = 4u;
+/// The widest of the discs is among those: the others do not reach farther than next to a pixel.
+const FAR_REACHING = 8u;
 
-fn neighbour_of(centre: u32, i: u32) -> u32 {
-    return centre + (i / 5u) * AROUND + i % 5u - 2u * AROUND - 2u;
+/// What the discs on the image give a pixel: through its own blur, and from in front by theirs.
+struct Drawn {
+    sum: vec4f,
+    spread: vec4f,
+}
+
+/// A pixel, and what of its tile is drawn at all.
+struct Receiver {
+    /// 2 over its signed CoC, 1/px.
+    two_per_coc: f32,
+    /// (reach^2 / 3) over the variance of its blur: `part` of another's variance grows by that.
+    part_per_variance: f32,
+    in_front: bool,
+    takes: bool,
+    is_spread_over: bool,
+}
+
+/// With the neighbour in slot q: `own` is its share in the pixel's discs, `disc` that of a
+/// neighbour there in each disc, and `itself` is 1 for the pixel.
+fn with_neighbour(drawn: Drawn, to: Receiver, q: i32, own: f32, disc: vec3f, itself: f32) -> Drawn {
+    let pixel = pixels[q];
+    let c = pixel.w;
+    let light = vec4f(pixel.rgb, 1.0);
+    let is_behind = c >= 0.0;
+    // How far it counts as the surface of a pixel in front of the focus distance, or as lying
+    // before it: as soon as it is as blurred, and not at all if half as blurred.
+    let before_own = select(clamp(c * to.two_per_coc - 1.0, 0.0, 1.0), 0.0, is_behind);
+    var result = drawn;
+    if to.takes {
+        let others = clamp(to.part_per_variance * variance_of_coc(c) - 1.0 / 3.0, 0.0, 1.0);
+        let of_behind = select(0.0, select(1.0, others, params.anisotropic != 0u), is_behind);
+        let taken = select(select(of_behind, 1.0, itself > 0.0), 1.0 - before_own, to.in_front);
+        result.sum += own * taken * light;
+    }
+    if to.is_spread_over {
+        let out = shares_out[q];
+        // What is in no disc is in the pixel itself, but for what the levels have.
+        let variance = variance_of_coc(c);
+        let in_itself = itself * (1.0 - clamp(variance / params.disc_variance.x, 0.0, 1.0));
+        let before = select(select(1.0, 0.0, is_behind), before_own, to.in_front);
+        result.spread += (dot(out, disc) + in_itself) * before * light;
+    }
+    return result;
+}
+
+/// What the discs around the pixels near `centre`, a slot, give it; `reaches_far`: in 5x5 of them.
+fn draw(to: Receiver, own_shares: vec4f, centre: u32, reaches_far: bool) -> Drawn {
+    let middle = params.discs[0].xyz;
+    let edge = params.discs[1].xyz;
+    let corner = params.discs[2].xyz;
+    let far_edge = params.discs[3].xyz;
+    let knight = params.discs[4].xyz;
+    let far_corner = params.discs[5].xyz;
+    let own = own_shares.xyz;
+    var drawn = Drawn(vec4f(0.0), vec4f(0.0));
+    drawn = with_neighbour(drawn, to, i32(centre), dot(own, middle) + own_shares.w, middle, 1.0);
+    // The four quarters, each a quarter turn after the one before.
+    var along = 1;
+    var across = i32(AROUND);
+    for (var quarter = 0; quarter < 4; quarter++) {
+        let first = i32(centre) + along;
+        drawn = with_neighbour(drawn, to, first, dot(own, edge), edge, 0.0);
+        drawn = with_neighbour(drawn, to, first + across, dot(own, corner), corner, 0.0);
+        if reaches_far {
+            let second = first + along;
+            drawn = with_neighbour(drawn, to, second, dot(own, far_edge), far_edge, 0.0);
+            drawn = with_neighbour(drawn, to, second - across, dot(own, knight), knight, 0.0);
+            drawn = with_neighbour(drawn, to, second + across, dot(own, knight), knight, 0.0);
+            drawn = with_neighbour(drawn, to, second + 2 * across, dot(own, far_corner), far_corner, 0.0);
+        }
+        let turned = -along;
+        along = across;
+        across = turned;
+    }
+    return drawn;
 }
 
 fn see(group: vec3u, local: vec3u, index: u32) -> Seen {
     let corner = vec2i(SIDE * group.xy + params.overscan) - 2;
     let size = textureDimensions(depth);
+    var found = 0u;
     for (var i = index; i < AROUND * AROUND; i += 64u) {
         let in_tile = vec2i(vec2u(i % AROUND, i / AROUND));
         let c = coc_of(textureLoad(depth, clamp_to_image(corner + in_tile, size), 0).r);
-        let variance = variance_of_coc(c);
-        cocs[i] = vec2f(c, variance);
+        pixels[i] = vec4f(0.0, 0.0, 0.0, c);
         let own = all(in_tile >= vec2i(2)) && all(in_tile < vec2i(2 + i32(SIDE)));
-        if own && c != 0.0 {
-            atomicOr(&blurred, 1u);
-        }
-        if c != 0.0 && variance < narrow_disc(1u) {
-            if own {
-                atomicOr(&drawn, 1u);
-            }
-            if c < 0.0 {
-                atomicOr(&spreading, 1u);
-            }
-        }
+        let variance = variance_of_coc(c);
+        let on_image = c != 0.0 && variance < narrow_disc(1u);
+        found |= select(0u, BLURRED, own && c != 0.0);
+        found |= select(0u, DRAWN, own && on_image);
+        found |= select(0u, SPREADING, c < 0.0 && on_image);
+        found |= select(0u, FAR_REACHING, on_image && variance > params.disc_variance.y);
+    }
+    if found != 0u {
+        atomicOr(&flags, found);
     }
     workgroupBarrier();
-    let is_drawn = atomicLoad(&drawn) != 0u;
-    let is_spread = atomicLoad(&spreading) != 0u;
-    let is_blurred = atomicLoad(&blurred) != 0u;
+    found = atomicLoad(&flags);
+    let is_drawn = (found & DRAWN) != 0u;
+    let is_spread = (found & SPREADING) != 0u;
+    let is_blurred = (found & BLURRED) != 0u;
     for (var i = index; i < select(0u, AROUND * AROUND, is_drawn | is_spread); i += 64u) {
         let p = clamp_to_image(corner + vec2i(vec2u(i % AROUND, i / AROUND)), size);
-        colors[i] = vec4f(textureLoad(color, p, 0).rgb, 1.0);
-        shares_out[i] = shares(cocs[i].y);
+        let c = pixels[i].w;
+        pixels[i] = vec4f(textureLoad(color, p, 0).rgb, c);
+        shares_out[i] = shares(variance_of_coc(c)).xyz;
     }
     workgroupBarrier();
 
     let pixel = SIDE * group.xy + local.xy;
     let at = vec2f(pixel + params.overscan) + 0.5;
     let centre = (local.y + 2u) * AROUND + local.x + 2u;
-    let own_coc = cocs[centre];
+    let c = pixels[centre].w;
+    let own_coc = vec2f(c, variance_of_coc(c));
     let sharp = textureLoad(color, clamp_to_image(vec2i(at), size), 0).rgb;
 
     // Discs on the image.
-    let own_shares = shares(own_coc.y);
     let in_front = own_coc.x < 0.0;
     let sees_front = in_front || params.smoothing != 0u;
-    var sum = vec4f(0.0);
-    var spread = vec4f(0.0);
-    for (var i = 0u; i < select(0u, NEIGHBOURS, is_drawn); i++) {
-        let itself = i == NEIGHBOURS / 2u;
-        let q = neighbour_of(centre, i);
-        let c = cocs[q];
-        var taken = dot(own_shares, weights_of(i));
-        if in_front {
-            taken *= 1.0 - is_before(c.x, own_coc.x);
-        } else if !itself {
-            let others = select(1.0, part(c.y, max(own_coc.y, 1e-12)), params.anisotropic != 0u);
-            taken *= select(others, 0.0, c.x < 0.0);
-        }
-        sum += taken * colors[q];
+    let part_per_variance = params.reach * params.reach / (3.0 * max(own_coc.y, 1e-12));
+    let to = Receiver(2.0 / own_coc.x, part_per_variance, in_front, is_drawn, is_spread && sees_front);
+    var drawn = Drawn(vec4f(0.0), vec4f(0.0));
+    if is_drawn || to.is_spread_over {
+        drawn = draw(to, shares(own_coc.y), centre, (found & FAR_REACHING) != 0u);
     }
-    for (var i = 0u; i < select(0u, NEIGHBOURS, is_spread & sees_front); i++) {
-        let q = neighbour_of(centre, i);
-        let c = cocs[q];
-        let before = select(select(0.0, 1.0, c.x < 0.0), is_before(c.x, own_coc.x), in_front);
-        spread += dot(shares_out[q], weights_of(i)) * before * colors[q];
-    }
+    let sum = drawn.sum;
+    var spread = drawn.spread;
 
-    // Levels. The coarsest tells whether anything in front is near by: its texels are wider
+    // Levels. The front level tells whether anything in front is near by: its texels are wider
     // than what ends on any level reaches.
     let own_level = u32(max(level_of_variance(own_coc.y), 0.0));
-    let reached = sees_front && params.foreground != 0u && read_level(at, params.levels, SPREAD).a > 0.0;
-    for (var l = 1u; l < select(0u, params.levels, reached); l++) {
+    let reached = sees_front && params.foreground != 0u && read_level(at, params.front_level, SPREAD).a > 0.0;
+    for (var l = 1u; l < select(0u, params.front_level, reached); l++) {
         // Of something in front only what is as blurred: the level before its own fades out.
         let fading = select(0.0, 1.0 - handed_on(own_coc.y, own_level), l + 1u == own_level);
         let before = select(1.0, select(fading, 1.0, l >= own_level), in_front);

@@ -112,52 +112,102 @@ fn thinning(radius: f32) -> f32 {
     return max(PI * radius * radius, 1.0);
 }
 
-fn weight(centre: Tap, tap: Tap, distance: f32) -> f32 {
+/// What a pixel needs to know of a tap.
+struct Weighted {
+    /// Negative where the colour is not finite: such a tap reaches nothing.
+    radius: f32,
+    z: f32,
+    /// What it counts where the circle reaches; and where it is nearer than the centre.
+    weight: f32,
+    weight_if_nearer: f32,
+}
+
+fn weighted(tap: Tap, is_finite_color: bool) -> Weighted {
+    let weight = 1.0 / thinning(tap.radius);
+    let nearer = saturate(tap.diameter - params.sharp_coc);
+    return Weighted(select(-1.0, tap.radius, is_finite_color), tap.z, weight, nearer * weight);
+}
+
+/// The pixel that is filtered.
+struct Centre {
+    z: f32,
+    radius: f32,
+    weight: f32,
+    /// Its colour; black where that is not finite.
+    base: vec3f,
+    /// Where it lies along the line, px, and how far to either side it looks.
+    here: i32,
+    extent: i32,
+}
+
+/// The pixel `at`, of which `color` lacks `cut` px.
+fn centre_at(at: vec2i, step: vec2i, cut: vec2i) -> Centre {
+    let tap = tap_at(at);
+    var radius = tap.radius;
+    if params.neighbours != 0u {
+        radius = dot(textureLoad(tile_reach, at / TILE, 0).rg, vec2f(step));
+    }
+    let own = textureLoad(color, at - cut, 0).rgb;
+    let base = select(vec3f(0.0), own, is_finite(own));
+    let extent = i32(ceil(radius + 0.5)) - 1;
+    return Centre(tap.z, tap.radius, 1.0 / thinning(tap.radius), base, dot(at, step), extent);
+}
+
+/// No filter looks farther than this, px.
+fn greatest_extent() -> i32 {
+    return i32(ceil(params.max_radius + 0.5));
+}
+
+/// Weight of the tap x px from the centre.
+fn weight_of(centre: Centre, tap: Weighted, x: i32) -> f32 {
+    let distance = f32(abs(x));
     var shared_reach = reach(tap.radius, distance);
     if params.neighbours == 0u {
         shared_reach = min(shared_reach, reach(centre.radius, distance));
     }
-    var w = shared_reach / thinning(tap.radius);
     // z = near / d: greater is nearer.
-    if tap.z > centre.z {
-        w *= saturate(tap.diameter - params.sharp_coc);
-    }
-    return w;
+    let w = shared_reach * select(tap.weight, tap.weight_if_nearer, tap.z > centre.z);
+    return select(w, select(0.0, centre.weight, tap.radius >= 0.0), x == 0);
 }
+
+/// Differences from the centre are summed, so that a constant colour stays exactly that.
+struct Sum {
+    light: vec3f,
+    weight: f32,
+}
+
+fn with_tap(sum: Sum, centre: Centre, tap: Weighted, rgb: vec3f, x: i32) -> Sum {
+    let w = weight_of(centre, tap, x);
+    if w > 0.0 {
+        return Sum(sum.light + w * (rgb - centre.base), sum.weight + w);
+    }
+    return sum;
+}
+
+/// Nothing is left where the only tap was not finite.
+fn mean(sum: Sum, centre: Centre) -> vec3f {
+    return select(centre.base, centre.base + sum.light / sum.weight, sum.weight > 0.0);
+}
+
+// ---- tap by tap: for software adapters ----
 
 /// Filters along `step` around `p` of the outer frame; `color` lacks `cut` px of it.
 fn filtered(p: vec2i, step: vec2i, cut: vec2i) -> vec3f {
-    let size = vec2i(textureDimensions(depth));
-    let centre = tap_at(p);
-    var radius = centre.radius;
-    if params.neighbours != 0u {
-        radius = dot(textureLoad(tile_reach, p / TILE, 0).rg, vec2f(step));
-    }
-    let here = dot(p, step);
-    let extent = i32(ceil(radius + 0.5)) - 1;
-    let first = max(-extent, -here);
-    let last = min(extent, dot(size, step) - 1 - here);
-    // Differences from the centre are summed, so that a constant colour stays exactly that.
-    let own = textureLoad(color, p - cut, 0).rgb;
-    let base = select(vec3f(0.0), own, is_finite(own));
-    var sum = vec3f(0.0);
-    var weights = 0.0;
+    let centre = centre_at(p, step, cut);
+    let first = max(-centre.extent, -centre.here);
+    let last = min(greatest_extent(), min(centre.extent, dot(vec2i(textureDimensions(depth)), step) - 1 - centre.here));
+    var sum = Sum(vec3f(0.0), 0.0);
     for (var x = first; x <= last; x++) {
         let q = p + x * step;
-        var w = 1.0 / thinning(centre.radius);
-        if x != 0 {
-            w = weight(centre, tap_at(q), f32(abs(x)));
-        }
-        if w > 0.0 {
+        let tap = weighted(tap_at(q), true);
+        if weight_of(centre, tap, x) > 0.0 {
             let rgb = textureLoad(color, q - cut, 0).rgb;
             if is_finite(rgb) {
-                sum += w * (rgb - base);
-                weights += w;
+                sum = with_tap(sum, centre, tap, rgb, x);
             }
         }
     }
-    // Nothing is left where the only tap was not finite.
-    return select(base, base + sum / weights, weights > 0.0);
+    return mean(sum, centre);
 }
 
 @compute @workgroup_size(8, 8)
@@ -176,4 +226,114 @@ fn filter_columns(@builtin(global_invocation_id) id: vec3u) {
     }
     let p = vec2i(id.xy) + i32(params.overscan);
     textureStore(result, id.xy, vec4f(filtered(p, vec2i(0, 1), vec2i(i32(params.overscan), 0)), 1.0));
+}
+
+// ---- by windows: for hardware ----
+//
+// A workgroup filters pieces of some lines, rows or columns. It goes along them with a window of
+// taps that all its pixels read from its memory: windows follow one another from the first tap
+// that any of them needs to the last.
+
+/// Pixels of a workgroup: 4 rows of 64, or 8 columns of 32. The window is 112 or 56 taps
+/// long: what fits into 16 KB.
+const INVOCATIONS = 256u;
+const WINDOW_TAPS = 448u;
+const ROWS = 4u;
+const COLUMNS = 8u;
+
+var<workgroup> tap_colors: array<vec3f, 448>;
+/// As in `Weighted`.
+var<workgroup> tap_weights: array<vec4f, 448>;
+/// Farthest tap, px, of any pixel of the workgroup.
+var<workgroup> farthest: atomic<u32>;
+
+fn load_tap(slot: u32, q: vec2i, cut: vec2i) {
+    let inside = clamp_to_image(q, textureDimensions(depth));
+    let at = clamp_to_image(inside - cut, textureDimensions(color));
+    let rgb = textureLoad(color, at, 0).rgb;
+    let tap = weighted(tap_at(inside), is_finite(rgb));
+    tap_colors[slot] = rgb;
+    tap_weights[slot] = vec4f(tap.radius, tap.z, tap.weight, tap.weight_if_nearer);
+}
+
+/// As `filtered`, around `p`, which is in line `line` of `lines`; `group_first` is where the
+/// workgroup begins.
+fn filtered_by_windows(
+    p: vec2i,
+    step: vec2i,
+    cut: vec2i,
+    index: u32,
+    line: u32,
+    lines: u32,
+    group_first: vec2i,
+) -> vec3f {
+    let size = vec2i(textureDimensions(depth));
+    let at = clamp_to_image(clamp_to_image(p, textureDimensions(depth)) - cut, textureDimensions(color)) + cut;
+    let centre = centre_at(at, step, cut);
+    if all(p == at) {
+        atomicMax(&farthest, u32(max(centre.extent, 0)));
+    }
+    workgroupBarrier();
+    let farthest_tap = min(i32(atomicLoad(&farthest)), greatest_extent());
+    let window = i32(WINDOW_TAPS / lines);
+    let group_begin = dot(group_first, step);
+    let begin = group_begin - farthest_tap;
+    let taps = i32(INVOCATIONS / lines) + 2 * farthest_tap;
+    let windows = (taps + window - 1) / window;
+    // Slots follow one another as pixels of a row do.
+    let down = step.y != 0;
+    let stride = select(1u, lines, down);
+    let line_stride = select(u32(window), 1u, down);
+    var sum = Sum(vec3f(0.0), 0.0);
+    for (var i = 0; i < windows; i++) {
+        let first_tap = begin + i * window;
+        workgroupBarrier();
+        for (var slot = index; slot < WINDOW_TAPS; slot += INVOCATIONS) {
+            let of_line = select(slot / line_stride, slot % stride, down);
+            let along = i32(select(slot % line_stride, slot / stride, down));
+            if i * window + along < taps {
+                load_tap(slot, group_first + (first_tap + along - group_begin) * step + i32(of_line) * step.yx, cut);
+            }
+        }
+        workgroupBarrier();
+        let first = max(max(-centre.extent, -centre.here), first_tap - centre.here);
+        let end = min(dot(size, step), first_tap + window) - centre.here;
+        let last = min(greatest_extent(), min(centre.extent, end - 1));
+        for (var x = first; x <= last; x++) {
+            let slot = line * line_stride + u32(centre.here + x - first_tap) * stride;
+            let tap = tap_weights[slot];
+            sum = with_tap(sum, centre, Weighted(tap.x, tap.y, tap.z, tap.w), tap_colors[slot], x);
+        }
+    }
+    return mean(sum, centre);
+}
+
+fn put(at: vec2u, rgb: vec3f) {
+    if all(at < textureDimensions(result)) {
+        textureStore(result, at, vec4f(rgb, 1.0));
+    }
+}
+
+@compute @workgroup_size(64, 4)
+fn filter_rows_by_windows(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = group.xy * vec2u(64u, ROWS) + local.xy;
+    let outer = vec2i(i32(params.overscan), 0);
+    let group_first = vec2i(group.xy * vec2u(64u, ROWS)) + outer;
+    put(at, filtered_by_windows(vec2i(at) + outer, vec2i(1, 0), vec2i(0), index, local.y, ROWS, group_first));
+}
+
+@compute @workgroup_size(8, 32)
+fn filter_columns_by_windows(
+    @builtin(workgroup_id) group: vec3u,
+    @builtin(local_invocation_id) local: vec3u,
+    @builtin(local_invocation_index) index: u32,
+) {
+    let at = group.xy * vec2u(COLUMNS, 32u) + local.xy;
+    let outer = vec2i(i32(params.overscan));
+    let group_first = vec2i(group.xy * vec2u(COLUMNS, 32u)) + outer;
+    put(at, filtered_by_windows(vec2i(at) + outer, vec2i(0, 1), vec2i(outer.x, 0), index, local.x, COLUMNS, group_first));
 }

@@ -47,6 +47,7 @@ const LIBRARY: &[Shader] = &[
     shader!("lib/spots"),
     shader!("lib/sprites"),
     shader!("lib/staggered"),
+    shader!("lib/subimage_pixels"),
     shader!("lib/subimages"),
     shader!("lib/thresholds"),
     shader!("lib/tile_lists"),

@@ -15,17 +15,19 @@
 //! overscan the frame around the image gives what it takes.
 //!
 //! Two back ends: the paper's CPU program ([`linear_cpu`]), and its GPU port, which
-//! gathers: `out(p) = sum over q of e_q k(r_q, |p - q|)`, tile by tile, over tiles whose
-//! greatest circle reaches.
+//! gathers: `out(p) = sum over q of e_q k(r_q, |p - q|)`, offset by offset over those that any
+//! circle in reach has, with the shares of the pixels on a circle's edge from a table.
 
 mod circle;
 mod cpu;
+mod table;
 
 pub use circle::{CircleSampling, Circles, Coverage};
 pub use cpu::{LinearFilter, linear_cpu};
+use table::CoverageTable;
 
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Frame, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Gpu, Shader, Texture};
 use crate::image::Image;
 use crate::lens::Lens;
 use crate::view::{Layer, View};
@@ -82,11 +84,15 @@ uniform! {
         normalise: u32,
         overscan: u32,
         reach: u32,
+        table_reach: u32,
+        share: f32,
+        _0: u32,
+        _1: u32,
     }
 }
 
 uniform! {
-    /// Some rows of the tiles of sources that reach a tile.
+    /// Some rows of the chunks of offsets that a workgroup gathers from.
     struct Part {
         first_row: u32,
         rows: u32,
@@ -95,19 +101,45 @@ uniform! {
     }
 }
 
-/// Tiles of sources that one pass gathers from, or one row of them where a row has more. A
+/// Offsets along a side of what is gathered at once: `CHUNK` in the shader.
+const CHUNK_PX: u32 = 17;
+
+/// Chunks of offsets that one pass gathers from, or one row of them where a row has more. A
 /// software adapter ends all loops of an invocation after 65,535 rounds; how far it gets in
-/// them depends on the circles, and this many stay far enough below.
-const TILES_A_PART: u32 = 16;
+/// them depends on the circles, and this many (4,046 sources of a pixel) stay far enough below.
+/// Beside the work of so many the start of another pass is nothing on any adapter.
+const CHUNKS_A_PART: u32 = 14;
 
 impl Part {
-    /// Parts that together gather from all tiles within `reach` px.
+    /// Parts that together gather from all sources within `reach` px.
     fn all(reach: u32) -> Vec<Self> {
-        // Of one tile's pixels, the first reaches as far to one side as the last to the other.
-        let side = (2 * reach).div_ceil(TILE_PX) + 2;
-        let rows = (TILES_A_PART / side).max(1);
+        let side = (2 * reach + 1).div_ceil(CHUNK_PX);
+        let rows = (CHUNKS_A_PART / side).max(1);
         let part = |first_row| Self { first_row, rows, is_last: (first_row + rows >= side).into(), _unused: 0 };
         (0..side).step_by(rows as usize).map(part).collect()
+    }
+}
+
+/// A [`CoverageTable`] on the GPU.
+struct Table {
+    reach: u32,
+    begins: Buffer,
+    counts: Buffer,
+}
+
+impl Table {
+    /// The table of `sampling`; an empty one where there is no regular grid.
+    fn of(gpu: &Gpu, sampling: CircleSampling) -> Self {
+        let table = match sampling.coverage {
+            Coverage::Uniform => CoverageTable::new(sampling.sub_pixels),
+            _ => CoverageTable::default(),
+        };
+        let buffer = |label, words: &[u32]| gpu.buffer_of(label, if words.is_empty() { &[0] } else { words });
+        Self {
+            reach: table.reach,
+            begins: buffer("where counts of sub-pixels begin", &table.begins),
+            counts: buffer("counts of sub-pixels", &table.counts),
+        }
     }
 }
 
@@ -252,9 +284,10 @@ impl Linear {
     fn on_gpu(&self, frame: &mut Frame<'_>, view: &mut View, lens: &Lens, greatest_px: f32) -> Texture {
         let Layer { color, depth } = view.pinhole(frame);
         let lens_uniform = view.lens_uniform(lens);
-        let params = self.uniform(view, lens, greatest_px);
         let gpu = frame.gpu();
         let sampling = self.filter().sampling;
+        let table = gpu.memo().get(&sampling, || Table::of(gpu, sampling));
+        let params = Params { table_reach: table.reach, ..self.uniform(view, lens, greatest_px) };
         let sub_pixels = gpu.memo().get(&sampling, || gpu.buffer_of("sub-pixels", &self.sub_pixels()));
         let outer = color.size();
         let tiles = (outer + TILE_PX - 1) / TILE_PX;
@@ -265,6 +298,8 @@ impl Linear {
             .uniform("lens", &lens_uniform)
             .uniform("params", &params)
             .buffer("sub_pixels", &sub_pixels)
+            .buffer("table_begins", &table.begins)
+            .buffer("table", &table.counts)
             .texture("depth", &depth)
             .texture("circles_out", &circles)
             .texture("tile_radius_out", &tile_radius)
@@ -281,6 +316,8 @@ impl Linear {
                 .uniform("params", &params)
                 .uniform("part", &part)
                 .buffer("sub_pixels", &sub_pixels)
+                .buffer("table_begins", &table.begins)
+                .buffer("table", &table.counts)
                 .texture("color", &color)
                 .texture("circles", &circles)
                 .texture("tile_radius", &tile_radius)
@@ -305,6 +342,8 @@ impl Linear {
             overscan: view.overscan_px(),
             // One more than the oracle's reach: the shader's radius may round up.
             reach: (greatest_px.min(self.max_radius_px) + 0.5) as u32 + 1,
+            share: 1.0 / self.sub_pixels.pow(2) as f32,
+            ..Default::default()
         }
     }
 

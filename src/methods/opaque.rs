@@ -19,7 +19,7 @@
 //! `1 - (1 - a)^(|i| + 1)`: nearer sub-images weigh too much. The calibration "measured" undoes
 //! that; "paper" keeps it.
 
-use super::subimages::{self, Spacing, SubImages, Wanted};
+use super::subimages::{self, Spacing, SubImages, Wanted, box_groups, image_blocks};
 use super::{About, Apertures, Meaning, Method, MethodError, Param};
 use crate::gpu::{Frame, Precision, Shader, Texture};
 use crate::lens::Lens;
@@ -86,21 +86,24 @@ impl Method for Opaque {
         let sub_images = SubImages::new(frame, view, lens, &self.spacing, &wanted);
 
         let matted = sub_images.matte(frame);
+        let groups = box_groups(matted.size());
         sub_images
             .bind(frame.pass(&SHADER, "matte_and_reduce"), &pinhole)
+            .buffer("occupied_out", &sub_images.occupied)
             .texture("coarser", &matted)
-            .dispatch_layers(matted.size(), sub_images.blurred_count());
+            .dispatch_groups(groups.x, groups.y, 1);
 
         let blurred = sub_images.blur(frame, matted);
 
         let result = frame.color_texture("opaque", view.size());
         sub_images
             .bind(frame.pass(&SHADER, "blur_and_blend"), &pinhole)
+            .buffer("occupied", &sub_images.occupied)
             .texture("analysis", &blurred.analysis)
             .texture("blur", &blurred.blur)
             .texture("glow", &blurred.glow)
             .texture("result", &result)
-            .dispatch(result.size());
+            .dispatch(image_blocks(result.size()));
         frame.precision = precision;
         Ok(result)
     }

@@ -135,14 +135,8 @@ impl Method for Preblur {
         let bounds_px = view.coc_bounds_px(frame, lens);
         let uniforms = Uniforms { lens: view.lens_uniform(lens), params: self.uniform(view, lens, bounds_px) };
         let size = (pinhole.color.size() + STEP_PX - 1) / STEP_PX;
-        let reduced = frame.color_texture("reduced", size);
-        frame.pass(&SHADER, "reduce").texture("color", &pinhole.color).texture("reduced_out", &reduced).dispatch(size);
         let blurred = frame.color_texture("blurred copy", size);
-        frame
-            .pass(&SHADER, "filter_reduced")
-            .texture("reduced", &reduced)
-            .texture("reduced_out", &blurred)
-            .dispatch(size);
+        frame.pass(&SHADER, "reduce").texture("color", &pinhole.color).texture("reduced_out", &blurred).dispatch(size);
         frame.expose("blurred copy", &blurred);
         let result = frame.color_texture("preblur", view.size());
         frame

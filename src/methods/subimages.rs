@@ -128,6 +128,19 @@ fn set_precision(frame: &mut Frame<'_>, level: u32) -> Precision {
     std::mem::replace(&mut frame.precision, precision)
 }
 
+/// Texels of the next level along a side that a workgroup makes: `BOXES` in the shader.
+const BOXES: u32 = 15;
+
+/// Workgroups that make the texels of a level of `size` from the blocks below it.
+pub(super) fn box_groups(size: UVec2) -> UVec2 {
+    size.map(|side| side.div_ceil(BOXES))
+}
+
+/// Most blocks of 2x2 px that an image of `size` has a part in, wherever in a block it begins.
+pub(super) fn image_blocks(size: UVec2) -> UVec2 {
+    size / 2 + 1
+}
+
 /// Variance per axis, px^2, of a blur by `levels` pyramid levels, averaged over where the
 /// point lies on the coarsest level.
 pub fn pyramid_variance_px2(levels: u32) -> f64 {
@@ -274,9 +287,10 @@ pub(super) struct Wanted {
 
 /// The sub-images of a view, and what their passes bind.
 pub(super) struct SubImages {
-    uniform: SubImagesUniform,
+    pub uniform: SubImagesUniform,
     lens: LensUniform,
-    /// Bit l is set if any pixel lies in the sub-image of layer l.
+    /// Bit l is set if any pixel lies in the sub-image of layer l: the first pass of a method that
+    /// reads pixels notes it, so that those after it leave out what is empty.
     pub occupied: Buffer,
     /// |i| by layer, falling: the layers of a level are the first ones.
     levels: Vec<u32>,
@@ -286,8 +300,7 @@ pub(super) struct SubImages {
 }
 
 impl SubImages {
-    /// Sub-images for all that `view` shows through `lens`; notes on the GPU which are
-    /// empty.
+    /// Sub-images for all that `view` shows through `lens`.
     pub fn new(frame: &mut Frame<'_>, view: &mut View, lens: &Lens, spacing: &Spacing, wanted: &Wanted) -> Self {
         let bounds_px = view.coc_bounds_px(frame, lens);
         let depth = view.pinhole(frame).depth;
@@ -316,14 +329,6 @@ impl SubImages {
         }
         let occupied = frame.gpu().buffer("occupied sub-images", 4);
         let lens = view.lens_uniform(lens);
-        frame
-            .pass(&SHADER, "occupancy")
-            .uniform("sub_images", &uniform)
-            .uniform("lens", &lens)
-            .texture("depth", &depth)
-            .buffer("occupied_out", &occupied)
-            // 8x8 invocations of 4x4 pixels.
-            .dispatch_groups(depth.size().x.div_ceil(32), depth.size().y.div_ceil(32), 1);
         let levels = layers.iter().map(|i| i.unsigned_abs()).collect();
         let sub_images = Self { uniform, lens, occupied, levels, centre, glow: wanted.glow };
         if frame.keeps_intermediates() {
@@ -348,7 +353,6 @@ impl SubImages {
     pub fn bind<'f, 'g>(&self, pass: Pass<'f, 'g>, pinhole: &Layer) -> Pass<'f, 'g> {
         pass.uniform("lens", &self.lens)
             .uniform("sub_images", &self.uniform)
-            .buffer("occupied", &self.occupied)
             .texture("color", &pinhole.color)
             .texture("depth", &pinhole.depth)
     }
@@ -364,7 +368,7 @@ impl SubImages {
     }
 
     /// Number of sub-images that are blurred at all: all but i = 0.
-    pub fn blurred_count(&self) -> u32 {
+    fn blurred_count(&self) -> u32 {
         self.layers_with(1)
     }
 
@@ -387,9 +391,14 @@ impl SubImages {
         layers: u32,
         format: wgpu::TextureFormat,
     ) -> Texture {
-        let half = self.centre.map(|side| side.div_ceil(1 << level.min(16)) + 1);
+        let size = self.level_size(level);
         // A single layer would make it a plain texture, which shaders bind differently.
-        frame.gpu().texture_of(label, TextureKey { size: half * 2, levels: 1, layers: layers.max(2), format })
+        frame.gpu().texture_of(label, TextureKey { size, levels: 1, layers: layers.max(2), format })
+    }
+
+    /// Size of a level, texels: an even number.
+    pub fn level_size(&self, level: u32) -> UVec2 {
+        2 * self.centre.map(|side| side.div_ceil(1 << level.min(16)) + 1)
     }
 
     /// The texture of level 1 that a matte writes.
@@ -422,6 +431,7 @@ impl SubImages {
             let layers = self.layers_with(level);
             let wanted = set_precision(frame, level);
             let coarser = self.texture(frame, "sub-image analysis", level, layers, frame.precision.format());
+            let groups = box_groups(coarser.size());
             frame
                 .pass(&SHADER, "reduce")
                 .label(format_args!("reduce level {level}"))
@@ -429,7 +439,7 @@ impl SubImages {
                 .buffer("occupied", &self.occupied)
                 .texture("finer", &analysis[analysis.len() - 1])
                 .texture("coarser", &coarser)
-                .dispatch_layers(coarser.size(), layers);
+                .dispatch_groups(groups.x, groups.y, layers);
             frame.precision = wanted;
             analysis.push(coarser);
         }

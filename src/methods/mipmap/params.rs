@@ -222,6 +222,22 @@ impl Mipmap {
         }
     }
 
+    /// The first level whose discs are all wider than the greatest blur in front of the focus
+    /// distance, where the least signed CoC is `least_coc_px`: nothing in front is handed on to
+    /// it. `widest` in `shaders/lib/mipmap_discs.wgsl`, in which a thousandth is far more than
+    /// f32 rounds away.
+    fn front_level(&self, lens: &Lens, least_coc_px: f64) -> u32 {
+        let variance_px2 = (self.sigma_px_per_coc(lens) * least_coc_px.min(0.0)).powi(2);
+        let widest = |level: u32| match level {
+            0 => DISCS.variance_px2[2],
+            _ => {
+                let texel2 = 4f64.powi(level as i32);
+                0.25 * (texel2 - 1.0) + texel2 * (1.0 / 6.0 + DISCS.variance_px2[2])
+            }
+        };
+        (1..MAX_LEVELS).find(|level| variance_px2 < 0.999 * widest(level - 1)).unwrap_or(MAX_LEVELS)
+    }
+
     /// What the shaders need, where CoCs lie between `coc_bounds_px`.
     pub(super) fn uniform(&self, view: &View, lens: &Lens, grid: &PyramidGrid, coc_bounds_px: [f64; 2]) -> Params {
         let discs = &*DISCS;
@@ -247,7 +263,8 @@ impl Mipmap {
             sigma_px_per_coc: self.sigma_px_per_coc(lens) as f32,
             bilinear: self.bilinear.into(),
             five_points: (BLUR_POINTS[self.blur_points] == "5").into(),
-            _unused: [0; 2],
+            front_level: self.front_level(lens, coc_bounds_px[0]).min(grid.levels),
+            _unused: 0,
             disc_variance: array4(discs.variance_px2),
             discs: discs.weights,
         }
@@ -276,7 +293,8 @@ uniform! {
         sigma_px_per_coc: f32,
         bilinear: u32,
         five_points: u32,
-        _unused: [u32; 2],
+        front_level: u32,
+        _unused: u32,
         disc_variance: [f32; 4],
         discs: [[f32; 4]; 6],
     }

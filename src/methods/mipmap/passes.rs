@@ -90,7 +90,8 @@ pub(super) fn by_discs(method: &Mipmap, frame: &mut Frame<'_>, view: &mut View, 
     result
 }
 
-/// The pyramid's levels, two at a time after the first.
+/// The pyramid's levels, two at a time after the second: a workgroup that makes two reads half as
+/// much again, which on levels of few texels is less than another dispatch takes to start.
 fn reduce(frame: &mut Frame<'_>, input: &Input) -> Texture {
     let grid = &input.grid;
     let pyramid = frame.gpu().texture_of("pyramid", grid.key(4, frame.precision.format()));
@@ -104,7 +105,7 @@ fn reduce(frame: &mut Frame<'_>, input: &Input) -> Texture {
         .dispatch(grid.size);
     let mut level = 1;
     while level < grid.levels {
-        let two = level + 1 < grid.levels;
+        let two = level > 1 && level + 1 < grid.levels;
         let entry = if two { "reduce_levels" } else { "reduce_level" };
         let pass = frame
             .pass(&LEVELS, entry)
