@@ -12,18 +12,19 @@ const SHADER: Shader = shader!("methods/splat_tiles");
 /// Side of a tile, px: `TILE` in the shader.
 const TILE_PX: u32 = 16;
 
-/// Sources of a tile, and the words with a bit for each: `SOURCES` and `WORDS` in the shader.
-const SOURCES: u32 = 320;
-const WORDS: u32 = 10;
+/// Rounds that a source takes where spots are ellipses: one, and for each of 2x2 pixels one a strip
+/// (`STRIPS` in `shaders/lib/spots.wgsl`).
+const ROUNDS_AN_ELLIPSE: u32 = 1 + 4 * 7;
 
-/// Rounds that a source takes where spots are ellipses: one, one a pixel of four, and one a strip of
-/// each (`STRIPS` in `shaders/lib/spots.wgsl`).
-const ROUNDS_AN_ELLIPSE: u32 = 1 + 4 * (1 + 7);
-
-/// Tiles of sources that one pass sums on a software adapter: it ends all loops of an invocation
-/// after 65,535 rounds, of which a tile takes one, one a word and `rounds` a source.
+/// Tiles of offsets that one pass sums on a software adapter: it ends all loops of an invocation
+/// after 65,535 rounds. Of pixels, and of blocks of 2x2 pixels, a tile takes one for each of two
+/// halves, with 11 that put sources into workgroup memory, one a row and `rounds` a source.
 const fn tiles_a_part(rounds: u32) -> u32 {
-    65_535 / (1 + WORDS + rounds * SOURCES)
+    65_535 / (4 + 2 * rounds_of(8, 16, rounds) + 2 * rounds_of(4, 8, rounds))
+}
+
+const fn rounds_of(rows: u32, columns: u32, rounds: u32) -> u32 {
+    1 + 11 + rows + rows * columns * rounds
 }
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -41,11 +42,10 @@ uniform! {
 }
 
 impl Tiles {
-    /// The parts in which the tiles of the window are summed.
+    /// The parts in which the tiles of offsets are summed.
     fn parts(&self, gpu: &Gpu, rounds: u32) -> Vec<Self> {
-        let side = 2 * self.window + 1;
-        let [x, y] = self.count.map(|count| count.min(side));
-        let whole = x * y;
+        let side = 2 * self.window;
+        let whole = side * side;
         let step = if gpu.is_software() { tiles_a_part(rounds) } else { whole };
         let part = |begin| Self { part_begin: begin, part_end: begin + step, is_first: (begin == 0).into(), ..*self };
         (0..whole).step_by(step as usize).map(part).collect()
@@ -98,6 +98,7 @@ impl Splatting {
             let mut pass = pass
                 .buffer("tile_reach_px", &reach)
                 .texture("idf_sums", &self.idf_sums)
+                .buffer("idf_table", &self.idf_table)
                 .uniform("params", &self.params);
             // Of fewer than three the sums of the first are neither kept nor read.
             for (i, (old_name, new_name)) in SUMS.into_iter().enumerate() {
@@ -117,9 +118,9 @@ impl Splatting {
     fn tiles(&self, reduced: bool) -> Tiles {
         let first = self.sprites.overscan.div_ceil(TILE_PX);
         let count = self.size.map(|side| side.div_ceil(TILE_PX)) + 2 * first;
-        // A block's spot lies half a pixel off, and may be rounded up. No tile is farther away
-        // than the frame is wide.
-        let window = (((self.reach_px + 1.0) / f64::from(TILE_PX)).ceil() as u32).saturating_add(1);
+        // A block's spot lies half a pixel off, and may be rounded up; the last of 2x2 pixels lies one
+        // farther. No tile is farther away than the frame is wide.
+        let window = (((self.reach_px + 2.0) / f64::from(TILE_PX)).ceil() as u32).saturating_add(1);
         Tiles {
             count: count.to_array(),
             first,
