@@ -62,6 +62,8 @@ struct Params {
     block_px: u32,
     /// Blocks along x and y.
     blocks: vec2u,
+    /// Greatest component of any lens point, with the jitter.
+    greatest_v: f32,
 }
 
 @group(0) @binding(0) var<uniform> lens: Lens;
@@ -180,18 +182,19 @@ const ROUNDING = 1e-3;
 const MAX_STEPS = 65535u;
 
 /// Steps over which the ray moves by a pixel at most: the first surface before which it
-/// was and behind which it is. No surface around is nearer than `nearest_c`: the steps before
-/// that are left out.
-fn stepped(ray: Ray, slab: u32, near: f32, far: f32, nearest_c: f32, leaves: bool) -> f32 {
+/// was and behind which it is. `empty`: share of the way in which no surface around lies: the
+/// steps in it are left out.
+fn stepped(ray: Ray, slab: u32, near: f32, far: f32, empty: f32, leaves: bool) -> f32 {
     let steps = ceil(max(0.5 * length(ray.v) * (far - near), 1.0));
-    let step = (far - near) / steps;
+    let step = (far - near) * (1.0 / steps);
     // Step i meets nothing that is farther than near + (i + 1) step. A hundredth of a step is
     // more than what that is rounded by.
-    let first = ceil((nearest_c - ROUNDING - near) / max(step, 1e-6) - 1.01);
+    let first = ceil(empty * steps - 1.01);
+    let reach = 0.5 * step + ROUNDING;
     for (var i = u32(clamp(first, 0.0, steps)); i < min(u32(steps), MAX_STEPS); i++) {
         let c = near + (f32(i) + 0.5) * step;
         let height = surface_c(at(ray, c), slab, leaves);
-        if height <= c + 0.5 * step + ROUNDING {
+        if height <= c + reach {
             return max(height, c - 0.5 * step);
         }
     }
@@ -298,11 +301,6 @@ fn trace(ray: Ray, k: u32, rays: Rays) -> vec4f {
     // What sheets bring: in front of what is not yet covered.
     var of_sheets = vec4f(0.0);
     var left = slabs_by_point[k];
-    if rays.meet_sheets {
-        // A ray looks for sheets in front of each slab that it asks, and finds others where it asks
-        // fewer: it asks those of its tile.
-        left = atomicLoad(&slabs_of_tile);
-    }
     while left != 0u {
         let slab = firstTrailingBit(left);
         left &= left - 1u;
@@ -316,23 +314,25 @@ fn trace(ray: Ray, k: u32, rays: Rays) -> vec4f {
         if params.false_position != 0u {
             c = false_position(ray, slab, near, far, rays.leave);
         } else {
-            c = stepped(ray, slab, near, far, nearest_c[slab * POINTS_AT_ONCE + k], rays.leave);
-        }
-        if rays.meet_sheets {
-            let in_front = cross_sheets(&past_sheets, 0.5 * c);
-            of_sheets += (1.0 - sum.a) * in_front;
+            let empty = select(empty_share[slab * POINTS_AT_ONCE + k], 0.0, rays.leave);
+            c = stepped(ray, slab, near, far, empty, rays.leave);
         }
         let part = seen(ray, slab, c, rays);
-        let through = past_sheets.left;
+        if part.a <= 0.0 {
+            continue;
+        }
+        // Only in front of what is met: where a search for sheets ends, it may miss one.
+        if rays.meet_sheets {
+            of_sheets += (1.0 - sum.a) * cross_sheets(&past_sheets, 0.5 * c);
+        }
         // Section 4.4 has v1 c1 + (1 - v1) rest. Surfaces cut by a slab's bound cover
         // disjoint parts of the cone: their coverages add up instead of multiplying.
-        if params.over != 0u {
-            let share = 1.0 - sum.a;
-            sum += vec4f(through * part.rgb, part.a) * share;
-        } else if part.a > 0.0 {
-            let share = min(part.a, 1.0 - sum.a) / part.a;
-            sum += vec4f(through * part.rgb, part.a) * share;
+        let free = 1.0 - sum.a;
+        var share = select(1.0, free, params.over != 0u);
+        if params.over == 0u && part.a > free {
+            share = free / part.a;
         }
+        sum += vec4f(past_sheets.left * part.rgb, part.a) * share;
         if sum.a > 0.998 {
             break;
         }
@@ -354,9 +354,9 @@ const MOST_SLABS = 16u;
 var<workgroup> slab_bounds: array<vec2f, MOST_SLABS>;
 /// The slabs that rays through each of the points may hit, a bit each.
 var<workgroup> slabs_by_point: array<u32, POINTS_AT_ONCE>;
-/// By slab and point: c of the nearest surface that they may meet there.
-var<workgroup> nearest_c: array<f32, MOST_SLABS * POINTS_AT_ONCE>;
-/// The slabs that any of them may hit.
+/// By slab and point: how much of their way through it lies before the nearest surface there.
+var<workgroup> empty_share: array<f32, MOST_SLABS * POINTS_AT_ONCE>;
+/// The slabs that any ray of the tile may hit.
 var<workgroup> slabs_of_tile: atomic<u32>;
 /// Whether any ray may come beside the image.
 var<workgroup> any_leaves: atomic<u32>;
@@ -411,35 +411,61 @@ fn nearest_z(slab: u32, low: vec2f, high: vec2f) -> f32 {
     return max(left, right);
 }
 
-/// Looks up which slabs rays of the tile at `corner` through the points of cell `point` may hit.
-fn find_slabs(k: u32, point: u32, corner: vec2f) {
-    var found = 0u;
-    var leaves = params.culling == 0u;
-    for (var slab = 0u; slab < min(params.slab_count, MOST_SLABS); slab++) {
-        let range = slab_bounds[slab];
-        if range.x > range.y {
-            continue;
-        }
-        var nearest = range.x;
-        if params.culling != 0u {
-            let rectangle = crossed(corner, cells[point], range);
-            let margin = read_margin_px(range);
-            leaves |= any(rectangle.xy < params.frame_low + margin) || any(rectangle.zw > params.frame_high - margin);
-            let low = clamp(rectangle.xy, params.frame_low, params.frame_high) - margin;
-            let high = clamp(rectangle.zw, params.frame_low, params.frame_high) + margin;
-            let z = nearest_z(slab, low, high);
-            nearest = select(coc_diameter_px(lens, z), range.x, z < 0.0);
-            found |= select(1u << slab, 0u, z < 0.0);
-        } else {
-            found |= 1u << slab;
-        }
-        nearest_c[slab * POINTS_AT_ONCE + k] = nearest;
+/// Greatest z of a slab that rays of the tile at `corner` through a cell of the lens may meet, less than
+/// 0 where there is nothing.
+fn nearest_met(slab: u32, corner: vec2f, cell: vec4f) -> f32 {
+    let range = slab_bounds[slab];
+    let rectangle = crossed(corner, cell, range);
+    let margin = read_margin_px(range);
+    let low = clamp(rectangle.xy, params.frame_low, params.frame_high) - margin;
+    let high = clamp(rectangle.zw, params.frame_low, params.frame_high) + margin;
+    return nearest_z(slab, low, high);
+}
+
+/// Whether those rays may come beside the image.
+fn may_leave(slab: u32, corner: vec2f, cell: vec4f) -> bool {
+    let range = slab_bounds[slab];
+    let rectangle = crossed(corner, cell, range);
+    let margin = read_margin_px(range);
+    return any(rectangle.xy < params.frame_low + margin) || any(rectangle.zw > params.frame_high - margin);
+}
+
+/// Looks up whether rays of the tile at `corner` may hit a slab at all, and may leave the image.
+fn find_slab(slab: u32, corner: vec2f) {
+    let range = bounds(slab);
+    slab_bounds[slab] = range;
+    if range.x > range.y {
+        return;
     }
-    slabs_by_point[k] = found;
-    atomicOr(&slabs_of_tile, found);
-    if leaves {
+    let whole = vec4f(-params.greatest_v, -params.greatest_v, params.greatest_v, params.greatest_v);
+    if params.culling == 0u || may_leave(slab, corner, whole) {
         atomicStore(&any_leaves, 1u);
     }
+    if params.culling == 0u || nearest_met(slab, corner, whole) >= 0.0 {
+        atomicOr(&slabs_of_tile, 1u << slab);
+    }
+}
+
+/// Looks up which of the tile's slabs its rays through the points of cell `point` may hit.
+fn find_slabs(k: u32, point: u32, corner: vec2f) {
+    var found = 0u;
+    var left = atomicLoad(&slabs_of_tile);
+    while left != 0u {
+        let slab = firstTrailingBit(left);
+        left &= left - 1u;
+        var empty = 0.0;
+        if params.culling != 0u {
+            let z = nearest_met(slab, corner, cells[point]);
+            if z < 0.0 {
+                continue;
+            }
+            let range = slab_bounds[slab];
+            empty = (coc_diameter_px(lens, z) - ROUNDING - range.x) / max(range.y - range.x, 1e-6);
+        }
+        empty_share[slab * POINTS_AT_ONCE + k] = empty;
+        found |= 1u << slab;
+    }
+    slabs_by_point[k] = found;
 }
 
 /// The values at index `i` of four, without an array that is indexed at run time.
@@ -452,23 +478,22 @@ fn one_of(four: vec4f, i: u32) -> f32 {
 fn traced(tile: vec2u, local: vec2u, has_more: bool) {
     let id = tile * TILE + local;
     let index = local.y * TILE + local.x;
-    if index < MOST_SLABS {
-        slab_bounds[index] = vec2f(EMPTY_C, -EMPTY_C);
-        if index < params.slab_count {
-            slab_bounds[index] = bounds(index);
-        }
-    }
+    let corner = params.origin + vec2f(tile * TILE);
     if index == 0u {
         atomicStore(&slabs_of_tile, 0u);
         atomicStore(&any_leaves, 0u);
     }
-    let corner = params.origin + vec2f(tile * TILE);
+    workgroupBarrier();
+    if index < min(params.slab_count, MOST_SLABS) {
+        find_slab(index, corner);
+    }
+    workgroupBarrier();
     let pixel = params.origin + vec2f(id) + 0.5;
     let noise = hash(id.x + hash(id.y));
     let of_sets = noise % params.sets;
     // Section 4.5: four values make 16 pairs, each for a sixteenth of the lens points.
     let four = params.jitter * (vec4f(vec4u(noise, noise >> 8u, noise >> 16u, noise >> 24u) & vec4u(255u)) / 127.5 - 1.0);
-    var rays = Rays(true, has_more && params.shading != 0u, false, vec2f(1.0, -1.0));
+    var rays = Rays(atomicLoad(&any_leaves) != 0u, has_more && params.shading != 0u, false, vec2f(1.0, -1.0));
     if has_more {
         rays.sheets = sheet_bounds_of(tile.y * ((textureDimensions(result).x + TILE - 1u) / TILE) + tile.x);
         rays.meet_sheets = rays.sheets.x <= rays.sheets.y;
@@ -480,7 +505,6 @@ fn traced(tile: vec2u, local: vec2u, has_more: bool) {
             find_slabs(index, begin + index, corner);
         }
         workgroupBarrier();
-        rays.leave = atomicLoad(&any_leaves) != 0u;
         let count = min(params.samples - begin, POINTS_AT_ONCE);
         for (var k = 0u; k < count; k++) {
             let i = begin + k;
@@ -489,7 +513,11 @@ fn traced(tile: vec2u, local: vec2u, has_more: bool) {
                 let pair = i * 16u / params.samples;
                 v += vec2f(one_of(four, pair & 3u), one_of(four, pair >> 2u));
             }
-            sum += trace(Ray(pixel - astigmatic_offset_px(lens, v), v), k, rays);
+            var begins = pixel;
+            if lens.astigmatism_px != 0.0 {
+                begins -= astigmatic_offset_px(lens, v);
+            }
+            sum += trace(Ray(begins, v), k, rays);
         }
     }
     if any(id >= textureDimensions(result)) {

@@ -5,13 +5,14 @@
 // the same offsets at the same time, each to the source that lies there from its own pixels: where
 // blur varies slowly, all are within their spots at once, or on their borders, or beyond.
 //
-//   offsets 16 x 16 at a time, those of one tile from another, in two halves; the sources that
-//   lie there from any pixel of the tile, 30 x 22, are put into workgroup memory first:
+//   offsets up to 18 x 11 at a time; the sources that lie there from any pixel of the tile, up
+//   to 32 x 25, are put into workgroup memory first:
 //
 //        tile         offsets        sources
-//       +----+                       +-------+
-//       |    |    +   +----+    =    |       |
-//       +----+        +----+         +-------+
+//       +----+                       +--------+
+//       |    |    +   +----+    =    |        |
+//       +----+        +----+         |        |
+//                                    +--------+
 //
 // The order of the sums is that of the offsets: the same whichever invocation comes first.
 
@@ -21,24 +22,20 @@ const TILE = 16u;
 const INVOCATIONS_A_SIDE = 8u;
 const INVOCATIONS = 64u;
 
-/// Rows of offsets that are gone through at a time.
-const ROWS = 8u;
-
-/// Sources in workgroup memory, and how many of their columns and rows are in use: as far as
-/// the last 2x2 pixels see at the last offset.
+/// Most offsets that are gone through at a time, and the sources that they take: as far as the
+/// last 2x2 pixels see at the last offset.
+const MOST_OFFSETS = vec2u(18u, 11u);
 const COLUMNS = 32u;
-const SOURCES = 704u;
-const USED_COLUMNS = 30u;
-const USED_ROWS = 22u;
+const SOURCES = 800u;
 
 struct Tiles {
     /// Tiles of the outer frame: they begin where those of the inner frame do.
     count: vec2u,
     /// The tile on both axes that holds the inner frame's first pixel.
     first: u32,
-    /// Offsets that are gone through: from so many tiles on each side.
+    /// Tiles on every side whose spots may reach a tile.
     window: u32,
-    /// The part of the tiles of offsets that this pass sums.
+    /// The part of the chunks of offsets that this pass sums.
     part_begin: u32,
     part_end: u32,
     /// 1: the first part, which begins with what is sharp.
@@ -140,7 +137,7 @@ fn quad_shares(offset: vec2f, c: f32) -> vec4f {
     let farthest = max(abs(offset - 0.5), abs(offset + 1.5));
     let solid = 0.5 * sprites.solid * width;
     if dot(farthest, farthest) <= solid * solid {
-        return vec4f(sprites.solid_intensity * 4.0 / (width * width));
+        return vec4f(sprites.solid_intensity * 4.0 * (1.0 / (width * width)));
     }
     let cells_per_px = f32(sprites.cells) / (sprites.radius * width);
     if cells_per_px <= 1.0 {
@@ -250,13 +247,18 @@ fn with_light(sums: Sums, light: vec4f, in_front: bool, is_behind: bool) -> Sums
     );
 }
 
-/// Adds the light of a spot `offset` px before the first of 2x2 pixels.
-fn add(quad: ptr<function, Quad>, surface: Surface, offset: vec2f, c: f32, light: vec4f) {
+/// Whether spots between two CoCs all arrive at the surface.
+fn all_at(surface: Surface, c: vec2f) -> bool {
+    return all(c.x - surface.c >= -surface.before) && all(c.y - surface.c <= surface.beyond);
+}
+
+/// Adds the light of a spot `offset` px before the first of 2x2 pixels; `at_surface`: on the middle layer.
+fn add(quad: ptr<function, Quad>, surface: Surface, offset: vec2f, c: f32, light: vec4f, at_surface: bool) {
     let shares = quad_shares(offset, c);
-    let farther = c - surface.c;
-    let in_front = farther < -surface.before;
-    let is_behind = farther > surface.beyond;
-    if any(in_front | is_behind) {
+    if !at_surface && !all_at(surface, vec2f(c)) {
+        let farther = c - surface.c;
+        let in_front = farther < -surface.before;
+        let is_behind = farther > surface.beyond;
         (*quad).a = with_light((*quad).a, shares.x * light, in_front.x, is_behind.x);
         (*quad).b = with_light((*quad).b, shares.y * light, in_front.y, is_behind.y);
         (*quad).c = with_light((*quad).c, shares.z * light, in_front.z, is_behind.z);
@@ -286,18 +288,73 @@ fn first_sums(at: vec2u, is_visible: bool) -> Sums {
 
 var<workgroup> lights: array<vec4f, SOURCES>;
 var<workgroup> cocs: array<f32, SOURCES>;
-/// Bits of the farthest that any of them has light, px.
+/// Bits of how far the spots reach that may reach the tile, px.
+var<workgroup> tile_reach: atomic<u32>;
+/// Bits of the farthest that any of the sources has light, px.
 var<workgroup> light_reach: atomic<u32>;
-/// Which of 64 tiles of offsets have sources that may reach the tile.
-var<workgroup> near_tiles: array<atomic<u32>, 2>;
+/// Least and greatest c of them, by `ordered`: the least turned round.
+var<workgroup> least_c: atomic<u32>;
+var<workgroup> greatest_c: atomic<u32>;
+/// Which of 64 chunks have sources that may reach the tile.
+var<workgroup> near_chunks: array<atomic<u32>, 2>;
 
-/// Pixels, or blocks of 2x2 pixels, as sources: how far apart they are, px, and how far the
-/// one at offset 0 lies from the first of 2x2 pixels.
+/// Numbers ordered as floats are.
+fn ordered(x: f32) -> u32 {
+    let bits = bitcast<u32>(x);
+    return select(bits | 0x80000000u, ~bits, (bits >> 31u) != 0u);
+}
+
+fn of_ordered(bits: u32) -> f32 {
+    return bitcast<f32>(select(~bits, bits & 0x7fffffffu, (bits >> 31u) != 0u));
+}
+
+/// The offsets of sources from which a tile is reached, in chunks; sources are pixels, or blocks of
+/// 2x2 pixels. An offset is that of a source from the first of an invocation's 2x2 pixels, or
+/// from the block there.
 struct Grid {
+    of_blocks: bool,
+    /// How far apart sources are, px, and how far the one at offset 0 lies from the first pixel.
     step: f32,
     shift: f32,
-    is_visible: bool,
-    of_blocks: bool,
+    /// First offset on both axes, and how many there are on each.
+    first: i32,
+    count: u32,
+    /// Offsets of a chunk, and chunks.
+    chunk: vec2u,
+    chunks: vec2u,
+}
+
+fn grid_of(reach: f32, of_blocks: bool) -> Grid {
+    // As wide as the frame at most.
+    let most = f32(TILE * (tiles.window + 1u));
+    let half_count = i32(ceil(min(select(reach, 0.5 * reach + 0.75, of_blocks), most)));
+    let first = select(1 - half_count, -half_count, of_blocks);
+    let count = u32(2 * half_count) + u32(of_blocks);
+    let chunks = (vec2u(count) + MOST_OFFSETS - 1u) / MOST_OFFSETS;
+    let chunk = (vec2u(count) + chunks - 1u) / max(chunks, vec2u(1u));
+    // The block of an odd pixel begins after it.
+    let shift = select(0.0, f32(sprites.overscan & 1u) + 0.5, of_blocks);
+    return Grid(of_blocks, select(1.0, 2.0, of_blocks), shift, first, count, chunk, chunks);
+}
+
+/// First offset of a chunk.
+fn chunk_first(grid: Grid, index: u32) -> vec2i {
+    return grid.first + vec2i(grid.chunk * vec2u(index % grid.chunks.x, index / grid.chunks.x));
+}
+
+/// How many sources an invocation's 2x2 pixels are apart from the next one's.
+fn stride(grid: Grid) -> u32 {
+    return select(2u, 1u, grid.of_blocks);
+}
+
+/// The source at offset 0 of the tile whose first pixel is `corner`.
+fn source_of(grid: Grid, corner: vec2i) -> vec2i {
+    return select(corner, block_from(corner), grid.of_blocks);
+}
+
+/// Sources of a chunk along each axis.
+fn chunk_sources(grid: Grid) -> vec2u {
+    return grid.chunk + stride(grid) * (INVOCATIONS_A_SIDE - 1u);
 }
 
 /// Where a source is in workgroup memory. Those of neighbouring invocations at one offset are
@@ -312,71 +369,120 @@ fn distance_px(from_first: f32) -> f32 {
     return max(abs(from_first - 0.5) - 1.0, 0.0);
 }
 
-/// Puts sources into workgroup memory, from one on.
-fn put(grid: Grid, first: vec2i, index: u32) {
+/// Puts the sources of a chunk into workgroup memory, from source `first` on.
+fn put(grid: Grid, first: vec2i, index: u32, is_visible: bool) {
+    let size = min(chunk_sources(grid), vec2u(COLUMNS, SOURCES / COLUMNS));
     var farthest_px = 0.0;
-    for (var n = index; n < SOURCES; n += INVOCATIONS) {
+    var least = 0u;
+    var greatest = 0u;
+    for (var n = index; n < COLUMNS * size.y; n += INVOCATIONS) {
         let at = vec2u(n % COLUMNS, n / COLUMNS);
-        if at.x >= USED_COLUMNS || at.y >= USED_ROWS {
+        if at.x >= size.x {
             continue;
         }
         var spot: Spot;
         if grid.of_blocks {
             spot = spread_by_block(first + vec2i(at));
         } else {
-            spot = spread_by_pixel(first + vec2i(at), grid.is_visible);
+            spot = spread_by_pixel(first + vec2i(at), is_visible);
         }
         let here = slot(grid, at);
-        let has_light = spot.light.a > 0.0;
         lights[here] = spot.light;
-        cocs[here] = select(0.0, spot.c, has_light);
-        farthest_px = max(farthest_px, select(0.0, light_reach_px(spot.c), has_light));
+        cocs[here] = 0.0;
+        if spot.light.a > 0.0 {
+            cocs[here] = spot.c;
+            farthest_px = max(farthest_px, light_reach_px(spot.c));
+            least = max(least, ~ordered(spot.c));
+            greatest = max(greatest, ordered(spot.c));
+        }
     }
-    atomicMax(&light_reach, bitcast<u32>(farthest_px));
+    if farthest_px > 0.0 {
+        atomicMax(&light_reach, bitcast<u32>(farthest_px));
+        atomicMax(&least_c, least);
+        atomicMax(&greatest_c, greatest);
+    }
 }
 
-/// Goes through offsets, `count` of them from `begin` on, in steps of the grid.
-fn gather_from(grid: Grid, quad: ptr<function, Quad>, surface: Surface, local: vec2u, begin: vec2i, count: vec2u) {
+/// Goes through the offsets of a chunk, from `first` on.
+fn gather_from(grid: Grid, quad: ptr<function, Quad>, surface: Surface, local: vec2u, first: vec2i) {
     let reach = bitcast<f32>(atomicLoad(&light_reach));
-    let own = select(2u, 1u, grid.of_blocks) * local;
-    for (var y = 0u; y < count.y; y++) {
-        let from_first_y = grid.step * f32(begin.y + i32(y)) + grid.shift;
+    if reach <= 0.0 {
+        return;
+    }
+    let c_range = vec2f(of_ordered(~atomicLoad(&least_c)), of_ordered(atomicLoad(&greatest_c)));
+    let at_surface = all_at(surface, c_range);
+    let own = stride(grid) * local;
+    let end = min(grid.chunk, MOST_OFFSETS);
+    for (var y = 0u; y < end.y; y++) {
+        let from_first_y = grid.step * f32(first.y + i32(y)) + grid.shift;
         let away_y = distance_px(from_first_y);
-        if away_y >= reach {
+        let left = reach * reach - away_y * away_y;
+        if left <= 0.0 {
             continue;
         }
-        for (var x = 0u; x < count.x; x++) {
-            let from_first = vec2f(grid.step * f32(begin.x + i32(x)) + grid.shift, from_first_y);
-            let away_x = distance_px(from_first.x);
-            let away2 = away_x * away_x + away_y * away_y;
-            if away2 >= reach * reach {
-                continue;
-            }
+        // Between these no offset of the row is left out.
+        let half_width = sqrt(left) + 1.0;
+        let low = floor((0.5 - half_width - grid.shift) / grid.step) - f32(first.x);
+        let high = ceil((0.5 + half_width - grid.shift) / grid.step) - f32(first.x) + 1.0;
+        let row_end = min(u32(clamp(high, 0.0, 64.0)), end.x);
+        for (var x = u32(clamp(low, 0.0, 64.0)); x < row_end; x++) {
             let source = slot(grid, own + vec2u(x, y));
+            let from_first = vec2f(grid.step * f32(first.x + i32(x)) + grid.shift, from_first_y);
+            let away_x = distance_px(from_first.x);
             let c = cocs[source];
             let light_px = light_reach_px(c);
-            if away2 >= light_px * light_px {
+            if away_x * away_x + away_y * away_y >= light_px * light_px {
                 continue;
             }
-            add(quad, surface, -from_first, c, lights[source]);
+            add(quad, surface, -from_first, c, lights[source], at_surface);
         }
     }
 }
 
-/// Whether sources at a tile of offsets, in tiles, may reach the tile `own`.
-fn is_near(own: vec2i, offset: vec2i) -> bool {
-    // From a tile's pixels they lie in two tiles on each axis.
-    var reach = 0.0;
-    for (var i = 0; i < 4; i++) {
-        let tile = own + offset + vec2i(i & 1, i >> 1u);
-        if all(tile >= vec2i(0)) && all(tile < vec2i(tiles.count)) {
-            reach = max(reach, tile_reach_px[u32(tile.y) * tiles.count.x + u32(tile.x)]);
-        }
+/// How far the spots of a tile of the outer frame reach, px.
+fn reach_of_tile(tile: vec2i) -> f32 {
+    if any(tile < vec2i(0)) || any(tile >= vec2i(tiles.count)) {
+        return 0.0;
     }
-    let first = i32(TILE) * offset;
-    let last = first + i32(TILE) - 1;
-    // 2x2 pixels reach one farther.
-    let away = max(max(first - 1, -last), vec2i(0));
+    return tile_reach_px[u32(tile.y) * tiles.count.x + u32(tile.x)];
+}
+
+/// Finds how far spots reach that may reach the tile `own`; an invocation looks at each 64th of
+/// the tiles around it.
+fn find_tile_reach(own: vec2u, index: u32) {
+    let begin = max(own, vec2u(tiles.window)) - tiles.window;
+    let size = min(own + tiles.window + 1u, tiles.count) - begin;
+    var reach = 0.0;
+    for (var i = index; i < size.x * size.y; i += INVOCATIONS) {
+        let tile = begin + vec2u(i % size.x, i / size.x);
+        // From the last pixel of a tile to the first of the next there is one.
+        let apart = max(tile, own) - min(tile, own);
+        let gap = f32(max(TILE * max(apart.x, apart.y), TILE - 1u) - (TILE - 1u));
+        let of_tile = reach_of_tile(vec2i(tile));
+        reach = max(reach, select(0.0, of_tile, of_tile > gap));
+    }
+    atomicMax(&tile_reach, bitcast<u32>(reach));
+}
+
+/// Whether sources of a chunk may reach the tile whose first pixel is `corner`.
+fn is_near(grid: Grid, corner: vec2i, index: u32) -> bool {
+    let first = chunk_first(grid, index);
+    let step = i32(grid.step);
+    // Of the outer frame: a block lies half a pixel after its first one.
+    let low = step * (source_of(grid, corner) + first);
+    let high = low + step * vec2i(chunk_sources(grid));
+    let to_tiles = i32(TILE * tiles.first) - i32(sprites.overscan);
+    let first_tile = (low + to_tiles) >> vec2u(4u);
+    let last_tile = (high + to_tiles) >> vec2u(4u);
+    let size = vec2u(clamp(last_tile - first_tile + 1, vec2i(0), vec2i(8)));
+    var reach = 0.0;
+    for (var i = 0u; i < size.x * size.y; i++) {
+        reach = max(reach, reach_of_tile(first_tile + vec2i(vec2u(i % size.x, i / size.x))));
+    }
+    // The second pixel of two lies one farther; blocks lie up to 1.5 px off.
+    let begin = step * first;
+    let end = step * (first + vec2i(grid.chunk) - 1) + select(0, 2, grid.of_blocks);
+    let away = max(max(begin - 1, -end), vec2i(0));
     return reach > f32(max(away.x, away.y));
 }
 
@@ -399,58 +505,56 @@ fn gathered(group: vec2u, local: vec2u, is_visible: bool) -> Quad {
         visible_coc_px(outer + 1),
     ));
     let index = local.y * INVOCATIONS_A_SIDE + local.x;
-    let own = vec2i(group + tiles.first);
     let corner = vec2i(TILE * group + sprites.overscan);
-    let side = 2u * tiles.window;
-    let end = min(tiles.part_end, side * side);
+    if index == 0u {
+        atomicStore(&tile_reach, 0u);
+    }
+    workgroupBarrier();
+    find_tile_reach(group + tiles.first, index);
+    workgroupBarrier();
+    let reach = bitcast<f32>(atomicLoad(&tile_reach));
+    let of_pixels = grid_of(reach, false);
+    let of_blocks = grid_of(reach, true);
+    let pixel_chunks = of_pixels.chunks.x * of_pixels.chunks.y;
+    let block_chunks = select(0u, of_blocks.chunks.x * of_blocks.chunks.y, tiles.reduced != 0u && reach > 0.0);
+    let end = min(tiles.part_end, pixel_chunks + block_chunks);
     for (var begin = tiles.part_begin; begin < end; begin += INVOCATIONS) {
         workgroupBarrier();
         if index < 2u {
-            atomicStore(&near_tiles[index], 0u);
+            atomicStore(&near_chunks[index], 0u);
         }
         workgroupBarrier();
         let mine = begin + index;
-        if mine < end && is_near(own, tile_offset(mine, side)) {
-            atomicOr(&near_tiles[index / 32u], 1u << (index % 32u));
+        if mine < end {
+            let is_block = mine >= pixel_chunks;
+            let grid = grid_of(reach, is_block);
+            if is_near(grid, corner, mine - select(0u, pixel_chunks, is_block)) {
+                atomicOr(&near_chunks[index / 32u], 1u << (index % 32u));
+            }
         }
         workgroupBarrier();
         for (var word = 0u; word < 2u; word++) {
-            var bits = atomicLoad(&near_tiles[word]);
+            var bits = atomicLoad(&near_chunks[word]);
             while bits != 0u {
-                let offset = tile_offset(begin + 32u * word + firstTrailingBit(bits), side);
+                let chunk = begin + 32u * word + firstTrailingBit(bits);
                 bits &= bits - 1u;
-                for (var part = 0u; part < 2u * select(1u, 2u, tiles.reduced != 0u); part++) {
-                    let of_blocks = part >= 2u;
-                    let rows = i32(ROWS * (part & 1u));
-                    var grid = Grid(1.0, 0.0, is_visible, false);
-                    var first = i32(TILE) * offset + vec2i(0, rows);
-                    var source = corner + first;
-                    var count = vec2u(TILE, ROWS);
-                    if of_blocks {
-                        // The block of an odd pixel begins after it.
-                        grid = Grid(2.0, f32(sprites.overscan & 1u) + 0.5, is_visible, true);
-                        first /= 2;
-                        source = block_from(corner) + first;
-                        count /= 2u;
-                    }
-                    workgroupBarrier();
-                    if index == 0u {
-                        atomicStore(&light_reach, 0u);
-                    }
-                    workgroupBarrier();
-                    put(grid, source, index);
-                    workgroupBarrier();
-                    gather_from(grid, &quad, surface, local, first, count);
+                let is_block = chunk >= pixel_chunks;
+                let grid = grid_of(reach, is_block);
+                let first = chunk_first(grid, chunk - select(0u, pixel_chunks, is_block));
+                workgroupBarrier();
+                if index == 0u {
+                    atomicStore(&light_reach, 0u);
+                    atomicStore(&least_c, 0u);
+                    atomicStore(&greatest_c, 0u);
                 }
+                workgroupBarrier();
+                put(grid, source_of(grid, corner) + first, index, is_visible);
+                workgroupBarrier();
+                gather_from(grid, &quad, surface, local, first);
             }
         }
     }
     return quad;
-}
-
-/// Offset, in tiles, of one of the tiles of offsets.
-fn tile_offset(index: u32, side: u32) -> vec2i {
-    return vec2i(vec2u(index % side, index / side)) - i32(tiles.window);
 }
 
 fn store_same_and_behind(at: vec2u, sums: Sums) {

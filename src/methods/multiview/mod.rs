@@ -133,6 +133,8 @@ uniform! {
         stretched_px: f32,
         block_px: u32,
         blocks: [u32; 2],
+        greatest_v: f32,
+        _unused: u32,
     }
 }
 
@@ -381,6 +383,8 @@ impl Multiview {
             stretched_px: if self.guesses_hidden(view) { projection.outer_size().max_element() as f32 } else { 0.0 },
             block_px: n_buffer.block_px,
             blocks: n_buffer.blocks.to_array(),
+            greatest_v: points.greatest,
+            _unused: 0,
         }
     }
 }

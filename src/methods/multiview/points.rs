@@ -11,6 +11,8 @@ pub(super) struct LensPoints {
     pub v: Buffer,
     /// Least and greatest x, y of the points in each cell, with the jitter.
     pub cells: Buffer,
+    /// Greatest |x| or |y| of any, with the jitter.
+    pub greatest: f32,
     pub sets: u32,
     /// Greatest offset per axis that is added to each, in v.
     pub jitter: f64,
@@ -29,10 +31,12 @@ impl LensPoints {
         let by_cell = if sets == 1 { points } else { lens.aperture.lens_point_sets_by_cell(method.samples, sets) };
         let cells: Vec<[Vec2; 2]> =
             by_cell.chunks(sets as usize).map(|cell| bounds(cell).map(DVec2::as_vec2)).map(|b| widened(b, jitter)).collect();
+        let greatest = cells.iter().flatten().map(|v| v.abs().max_element()).fold(0.0, f32::max);
         let points: Vec<Vec2> = by_cell.into_iter().map(DVec2::as_vec2).collect();
         Self {
             v: gpu.buffer_of("lens points", &points),
             cells: gpu.buffer_of("cells of lens points", &cells),
+            greatest,
             sets,
             jitter,
             // Points a distance s apart in v are s * C / 2 apart on the image.

@@ -12,19 +12,28 @@ const SHADER: Shader = shader!("methods/splat_tiles");
 /// Side of a tile, px: `TILE` in the shader.
 const TILE_PX: u32 = 16;
 
-/// Rounds that a source takes where spots are ellipses: one, and for each of 2x2 pixels one a strip
-/// (`STRIPS` in `shaders/lib/spots.wgsl`).
-const ROUNDS_AN_ELLIPSE: u32 = 1 + 4 * 7;
+/// Most offsets of a chunk: `MOST_OFFSETS` in the shader.
+const MOST_OFFSETS: [u32; 2] = [18, 11];
 
-/// Tiles of offsets that one pass sums on a software adapter: it ends all loops of an invocation
-/// after 65,535 rounds. Of pixels, and of blocks of 2x2 pixels, a tile takes one for each of two
-/// halves, with 11 that put sources into workgroup memory, one a row and `rounds` a source.
-const fn tiles_a_part(rounds: u32) -> u32 {
-    65_535 / (4 + 2 * rounds_of(8, 16, rounds) + 2 * rounds_of(4, 8, rounds))
+/// Rounds that an offset takes: one, and for each of 2x2 pixels one a strip of an ellipse (`STRIPS` in
+/// `shaders/lib/spots.wgsl`) and one for its end. A software adapter runs both sides of a
+/// branch: where spots are round, it takes the one for the end.
+const fn rounds_an_offset(has_ellipses: bool) -> u32 {
+    if has_ellipses { 1 + 4 * (7 + 1) } else { 1 + 4 }
 }
 
-const fn rounds_of(rows: u32, columns: u32, rounds: u32) -> u32 {
-    1 + 11 + rows + rows * columns * rounds
+/// Chunks of offsets that one pass sums on a software adapter: it ends all loops of an invocation
+/// after 65,535 rounds. A chunk takes 13 and their end to put sources into workgroup memory, a row of
+/// offsets two more than its offsets, and less than 16 are for the rest; a thousand are left for
+/// finding what is near.
+const fn chunks_a_part(has_ellipses: bool) -> u32 {
+    let [columns, rows] = MOST_OFFSETS;
+    64_535 / (14 + rows * (2 + columns * rounds_an_offset(has_ellipses)) + 16)
+}
+
+/// Chunks of `count` x `count` offsets.
+fn chunks(count: u32) -> u32 {
+    MOST_OFFSETS.map(|most| count.div_ceil(most)).iter().product()
 }
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -42,11 +51,12 @@ uniform! {
 }
 
 impl Tiles {
-    /// The parts in which the tiles of offsets are summed.
-    fn parts(&self, gpu: &Gpu, rounds: u32) -> Vec<Self> {
-        let side = 2 * self.window;
-        let whole = side * side;
-        let step = if gpu.is_software() { tiles_a_part(rounds) } else { whole };
+    /// The parts in which the chunks of offsets are summed: as many as of the tile that spots
+    /// reach from farthest away, `grid_of` in the shader.
+    fn parts(&self, gpu: &Gpu, has_ellipses: bool) -> Vec<Self> {
+        let reach = TILE_PX * (self.window + 1);
+        let whole = chunks(2 * reach) + chunks(2 * reach + 1) * self.reduced;
+        let step = if gpu.is_software() { chunks_a_part(has_ellipses) } else { whole };
         let part = |begin| Self { part_begin: begin, part_end: begin + step, is_first: (begin == 0).into(), ..*self };
         (0..whole).step_by(step as usize).map(part).collect()
     }
@@ -90,8 +100,7 @@ impl Splatting {
         let reach = self.measure(frame, source, arrays, &tiles, measure);
         let goes_on = sums.is_some();
         let mut layers: [Texture; N] = sums.unwrap_or_else(|| std::array::from_fn(|_| none.clone()));
-        let rounds = if self.lens.astigmatism_px == 0.0 { 1 } else { ROUNDS_AN_ELLIPSE };
-        for part in tiles.parts(frame.gpu(), rounds) {
+        for part in tiles.parts(frame.gpu(), self.lens.astigmatism_px != 0.0) {
             let part = Tiles { is_first: if goes_on { 0 } else { part.is_first }, ..part };
             let new = labels.map(|label| frame.texture(label, self.size, FORMAT));
             let pass = self.of_source(frame.pass(&SHADER, gather), source, arrays, &part);
@@ -118,9 +127,9 @@ impl Splatting {
     fn tiles(&self, reduced: bool) -> Tiles {
         let first = self.sprites.overscan.div_ceil(TILE_PX);
         let count = self.size.map(|side| side.div_ceil(TILE_PX)) + 2 * first;
-        // A block's spot lies half a pixel off, and may be rounded up; the last of 2x2 pixels lies one
-        // farther. No tile is farther away than the frame is wide.
-        let window = (((self.reach_px + 2.0) / f64::from(TILE_PX)).ceil() as u32).saturating_add(1);
+        // A block's spot lies half a pixel off, and may be rounded up. No tile is farther away
+        // than the frame is wide.
+        let window = (((self.reach_px + 1.0) / f64::from(TILE_PX)).ceil() as u32).saturating_add(1);
         Tiles {
             count: count.to_array(),
             first,
