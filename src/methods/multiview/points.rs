@@ -29,8 +29,11 @@ impl LensPoints {
         let jitter = if is_moved { 0.5 * spacing } else { 0.0 };
         // One set is the same for all pixels already, and its order says which offset each point has.
         let by_cell = if sets == 1 { points } else { lens.aperture.lens_point_sets_by_cell(method.samples, sets) };
-        let cells: Vec<[Vec2; 2]> =
-            by_cell.chunks(sets as usize).map(|cell| bounds(cell).map(DVec2::as_vec2)).map(|b| widened(b, jitter)).collect();
+        let cells: Vec<[Vec2; 2]> = by_cell
+            .chunks(sets as usize)
+            .map(|cell| bounds(cell).map(DVec2::as_vec2))
+            .map(|b| widened(b, jitter))
+            .collect();
         let greatest = cells.iter().flatten().map(|v| v.abs().max_element()).fold(0.0, f32::max);
         let points: Vec<Vec2> = by_cell.into_iter().map(DVec2::as_vec2).collect();
         Self {
