@@ -441,7 +441,7 @@ fn fs_sky_attributes(in: Sky) -> Attributes {
 // ---- many slabs at once: their depths, then what is there ----
 
 struct SlabDraw {
-    /// Greatest and least stored depth of each slab, both included.
+    /// Greatest and least stored depth of each slab, both included; both fall from slab to slab.
     ranges: array<vec4f, 16>,
     /// Size of the arrays, and texels left of and above the frame in them.
     size: vec2u,
@@ -465,8 +465,21 @@ fn slab_z(pixel: vec4f) -> f32 {
     return max(pixel.z, 0.0);
 }
 
-fn in_slab(i: u32, z: f32) -> bool {
-    return z <= slabs.ranges[i].x && z >= slabs.ranges[i].y;
+/// The first slab that does not end before z. Those after it hold z up to the first that begins
+/// behind it.
+fn first_slab(z: f32) -> u32 {
+    var first = 0u;
+    for (var i = 0u; i < 5u; i++) {
+        let next = first + (16u >> i);
+        if next <= slabs.count && slabs.ranges[next - 1u].y > z {
+            first = next;
+        }
+    }
+    return first;
+}
+
+fn begins_before(i: u32, z: f32) -> bool {
+    return slabs.ranges[i].x >= z;
 }
 
 fn slab_texel(pixel: vec4f) -> vec2u {
@@ -476,10 +489,8 @@ fn slab_texel(pixel: vec4f) -> vec2u {
 fn mark_depth(pixel: vec4f) {
     let texel = slab_texel(pixel);
     let z = slab_z(pixel);
-    for (var i = 0u; i < slabs.count; i++) {
-        if in_slab(i, z) {
-            atomicMax(&nearest[(i * slabs.size.y + texel.y) * slabs.size.x + texel.x], bitcast<u32>(z) + 1u);
-        }
+    for (var i = first_slab(z); i < slabs.count && begins_before(i, z); i++) {
+        atomicMax(&nearest[(i * slabs.size.y + texel.y) * slabs.size.x + texel.x], bitcast<u32>(z) + 1u);
     }
 }
 
@@ -499,8 +510,8 @@ fn fs_masked_slab_depths(in: Surface) {
 fn slabs_of(pixel: vec4f) -> u32 {
     let z = slab_z(pixel);
     var found = 0u;
-    for (var i = 0u; i < slabs.count; i++) {
-        if in_slab(i, z) && textureLoad(slab_depths, slab_texel(pixel), slabs.first + i, 0).r == z {
+    for (var i = first_slab(z); i < slabs.count && begins_before(i, z); i++) {
+        if textureLoad(slab_depths, slab_texel(pixel), slabs.first + i, 0).r == z {
             found |= 1u << i;
         }
     }

@@ -153,6 +153,31 @@ impl Aperture {
         (0..sets).flat_map(|k| (0..samples).map(move |i| point(k * block + i))).collect()
     }
 
+    /// The points of [`Aperture::lens_point_sets`], those of all sets that lie in one cell of the lens one after
+    /// another: the unit square that they are mapped from is cut into as many cells as a set has points,
+    /// and each set has one point in each. Where `samples` is a power of two they are rectangles.
+    pub(crate) fn lens_point_sets_by_cell(&self, samples: u32, sets: u32) -> Vec<DVec2> {
+        if samples == 1 {
+            return self.lens_point_sets(samples, sets);
+        }
+        let block = samples.next_power_of_two();
+        // Columns of the square, each cut into as many rows as it has points.
+        let columns = 1usize << (samples.ilog2() / 2);
+        let by_cell: Vec<Vec<DVec2>> = (0..sets)
+            .map(|k| {
+                let mut points: Vec<DVec2> = (0..samples).map(|i| sobol::point(k * block + i)).collect();
+                points.sort_by(|a, b| a.x.total_cmp(&b.x));
+                let count = points.len();
+                for column in 0..columns {
+                    let of_column = column * count / columns..(column + 1) * count / columns;
+                    points[of_column].sort_by(|a, b| a.y.total_cmp(&b.y));
+                }
+                points
+            })
+            .collect();
+        (0..samples as usize).flat_map(|i| by_cell.iter().map(move |set| self.map_square(set[i]))).collect()
+    }
+
     /// The first `n` points of [`Aperture::lens_point`].
     pub fn lens_points(&self, n: u32) -> Vec<DVec2> {
         (0..n).map(|index| self.lens_point(index)).collect()

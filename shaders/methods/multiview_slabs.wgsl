@@ -9,8 +9,7 @@
 //   slab_base    base colour and roughness, times coverage
 //   slab_normal  normal and metalness, times coverage
 //   slab_depth   stored depth z = near / d of the surface, EMPTY_Z where there is none
-//   n_buffer     greatest z (nearest surface) over a square window right of and below
-//                the texel
+//   n_buffer     greatest z (nearest surface) over a square window of blocks of texels
 
 #import color
 
@@ -209,32 +208,67 @@ fn reduce_slabs(@builtin(global_invocation_id) id: vec3u) {
     textureStore(coarser, id.xy, id.z, 0.25 * sum);
 }
 
-// ---- N-buffer ----
+// ---- N-buffer, of blocks of texels ----
 
 struct Level {
-    /// Side of the windows in `narrower`, px.
-    side: u32,
-    /// Bit k: slab k has windows of twice that side; without it, it keeps those it has.
-    growing: u32,
+    /// Blocks along x and y, their side, px, and slabs.
+    blocks: vec2u,
+    block_px: u32,
+    slab_count: u32,
+    /// Level that is made: its windows are 2^level blocks wide.
+    level: u32,
 }
 
 @group(0) @binding(8) var<uniform> level: Level;
-@group(0) @binding(9) var narrower: texture_2d_array<f32>;
-@group(0) @binding(10) var wider: texture_storage_2d_array<r32float, write>;
+@group(0) @binding(9) var slab_depths: texture_2d_array<f32>;
+/// By level, slab and block: greatest z in the window right of and below the block.
+@group(0) @binding(10) var<storage, read_write> n_buffer: array<f32>;
+@group(0) @binding(17) var shown: texture_storage_2d_array<r32float, write>;
+
+fn n_buffer_index(level_of: u32, slab: u32, block: vec2u) -> u32 {
+    return ((level_of * level.slab_count + slab) * level.blocks.y + block.y) * level.blocks.x + block.x;
+}
+
+/// Greatest z of each block.
+@compute @workgroup_size(8, 8)
+fn find_nearest(@builtin(global_invocation_id) id: vec3u) {
+    if any(id.xy >= level.blocks) {
+        return;
+    }
+    let first = id.xy * level.block_px;
+    let end = min(first + level.block_px, textureDimensions(slab_depths));
+    var greatest = EMPTY_Z;
+    for (var y = first.y; y < end.y; y++) {
+        for (var x = first.x; x < end.x; x++) {
+            greatest = max(greatest, textureLoad(slab_depths, vec2u(x, y), id.z, 0).r);
+        }
+    }
+    n_buffer[n_buffer_index(0u, id.z, id.xy)] = greatest;
+}
 
 /// Four windows make one of twice the side. Windows that leave the image end there.
 @compute @workgroup_size(8, 8)
 fn widen_windows(@builtin(global_invocation_id) id: vec3u) {
-    let size = textureDimensions(wider);
-    if any(id.xy >= size) {
+    if any(id.xy >= level.blocks) {
         return;
     }
-    var greatest = textureLoad(narrower, id.xy, id.z, 0).r;
-    if ((level.growing >> id.z) & 1u) != 0u {
-        let far = min(id.xy + level.side, size - 1u);
-        greatest = max(greatest, textureLoad(narrower, vec2u(far.x, id.y), id.z, 0).r);
-        greatest = max(greatest, textureLoad(narrower, vec2u(id.x, far.y), id.z, 0).r);
-        greatest = max(greatest, textureLoad(narrower, far, id.z, 0).r);
+    let narrower = level.level - 1u;
+    let far = min(id.xy + (1u << narrower), level.blocks - 1u);
+    let left = max(
+        n_buffer[n_buffer_index(narrower, id.z, id.xy)],
+        n_buffer[n_buffer_index(narrower, id.z, vec2u(id.x, far.y))],
+    );
+    let right = max(
+        n_buffer[n_buffer_index(narrower, id.z, vec2u(far.x, id.y))],
+        n_buffer[n_buffer_index(narrower, id.z, far)],
+    );
+    n_buffer[n_buffer_index(level.level, id.z, id.xy)] = max(left, right);
+}
+
+/// To look at.
+@compute @workgroup_size(8, 8)
+fn show_windows(@builtin(global_invocation_id) id: vec3u) {
+    if all(id.xy < level.blocks) {
+        textureStore(shown, id.xy, id.z, vec4f(n_buffer[n_buffer_index(level.level, id.z, id.xy)], 0.0, 0.0, 0.0));
     }
-    textureStore(wider, id.xy, id.z, vec4f(greatest, 0.0, 0.0, 0.0));
 }

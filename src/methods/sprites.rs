@@ -12,7 +12,7 @@
 //! accumulation buffer's views show the source pixel at the destination.
 
 use crate::aperture::Aperture;
-use crate::gpu::{Gpu, Texture};
+use crate::gpu::{Buffer, Gpu, Texture};
 use crate::lens::Lens;
 use crate::uniform;
 use crate::view::View;
@@ -44,6 +44,9 @@ pub struct SpriteTable {
 
 /// A [`SpriteTable`] on the GPU.
 struct IdfSums(Texture);
+
+/// The same as a buffer.
+struct IdfTable(Buffer);
 
 uniform! {
     /// `Sprites` in `shaders/lib/sprites.wgsl`.
@@ -155,6 +158,13 @@ impl SpriteTable {
     /// As [`SpriteTable::of_lens`].
     pub(super) fn texture_of_lens(lens: &Lens, gpu: &Gpu) -> Texture {
         Self::texture_of_turned(turned(lens), gpu)
+    }
+
+    /// As [`SpriteTable::texture_of_lens`], row by row.
+    pub(super) fn buffer_of_lens(lens: &Lens, gpu: &Gpu) -> Buffer {
+        let turned = turned(lens);
+        let make = || IdfTable(gpu.buffer_of("IDF sums", &Self::of_turned(turned.clone()).corners));
+        gpu.memo().get(&turned.clone(), make).0.clone()
     }
 
     fn texture_of_turned(turned: Turned, gpu: &Gpu) -> Texture {

@@ -29,7 +29,7 @@ uniform! {
 #[derive(Clone, Copy, Debug)]
 pub struct SlabShot<'a> {
     /// Greatest and least stored depth of each, both included; a least one of 0 takes the
-    /// background. At most [`MAX_SLABS_AT_ONCE`].
+    /// background. From near to far, so that both fall. At most [`MAX_SLABS_AT_ONCE`].
     pub ranges: &'a [[f32; 2]],
     /// Layer of the arrays that the first one has.
     pub first: u32,

@@ -5,6 +5,7 @@ mod common;
 
 use common::{front_camera, gpu, lens, quad, scene, sphere, textured, unlit};
 use defocus::aperture::Aperture;
+use defocus::eye::{Eye, Refraction};
 use defocus::gpu::{Frame, FrameStats, Texture, download, download_depth};
 use defocus::image::{ColorImage, DepthImage, Image};
 use defocus::lens::Lens;
@@ -151,15 +152,17 @@ fn an_n_buffer_holds_the_nearest_depth_of_each_window() {
     let depth = exposed.iter().find(|(name, _)| name == "slab depth").expect("the slabs' depth is exposed");
     let depth = download_depth(gpu(), &depth.1);
     let levels: Vec<_> = exposed.iter().filter_map(|(name, t)| Some((name.strip_prefix("N-buffer ")?, t))).collect();
-    // A CoC of up to 30 px moves a ray by 15 px to each side: windows of 2 to 16 px make
-    // squares of 16 to 32.
-    assert!(levels.len() >= 4, "only {} levels", levels.len());
+    // Blocks of 8 px: 16 x 12 of them, and four windows of 8 x 8 make any square up to all.
+    assert_eq!(levels.iter().map(|(side, _)| *side).collect::<Vec<_>>(), ["1", "2", "4", "8", "16"]);
+    const BLOCK: i64 = 8;
     for (side, texture) in levels {
         let side: i64 = side.parse().unwrap();
         let nearest = download_depth(gpu(), texture);
-        for at in [(0, 0), (40, 30), (37, 61), (3, 95), (127, 95), (120, 10), (64, 48), (90, 33)] {
-            let window = (0..side * side).map(|i| depth.at_clamped(at.0 + i % side, at.1 + i / side));
-            let wanted = window.fold(f32::NEG_INFINITY, f32::max);
+        assert_eq!(nearest.size, SIZE / BLOCK as u32);
+        for at in [(0, 0), (4, 3), (3, 6), (0, 11), (15, 11), (13, 1), (8, 6), (10, 4)] {
+            let side_px = side * BLOCK;
+            let texels = (0..side_px * side_px).map(|i| (at.0 * BLOCK + i % side_px, at.1 * BLOCK + i / side_px));
+            let wanted = texels.map(|(x, y)| depth.at_clamped(x, y)).fold(f32::NEG_INFINITY, f32::max);
             assert_eq!(nearest.at(at.0 as u32, at.1 as u32), wanted, "side {side} at {at:?}");
         }
     }
@@ -176,6 +179,32 @@ fn culling_changes_nothing() {
             let culled = render(&method, &mut view, &lens);
             let whole = render(&Multiview { culling: false, ..method }, &mut view, &lens);
             assert_eq!(culled, whole, "{name} {:?}", lens.aperture);
+        }
+    }
+}
+
+#[test]
+fn culling_changes_nothing_for_any_set_of_lens_points_and_any_lens() {
+    let _turn = alone();
+    // With a sheet in front of the ball: where rays look for sheets does not depend on slabs either.
+    let Scene { mut meshes, mut materials, .. } = three_depths();
+    meshes.push(quad(1.4, vec2(-0.5, -0.7), vec2(0.6, 0.4), 3));
+    materials.push(Material { base_color: Vec4::new(0.9, 0.2, 0.2, 0.4), blended: true, ..unlit(Vec3::ONE) });
+    let with_sheet = scene(meshes, materials);
+    let refraction = Refraction { sphere_d: 0.4, cylinder_d: -0.8, axis_deg: 30.0 };
+    let eye = Eye { refraction, ..Eye::default() };
+    let round = lens(30.0, 1.6);
+    let elliptic = Lens { eye, ..lens(12.0, 3.0) };
+    for (what, scene, overscan_px) in [("solid", three_depths(), 0), ("with a sheet", with_sheet, 9)] {
+        let mut view = view_of(&scene, overscan_px);
+        for (lens, of) in [(&round, "round"), (&elliptic, "elliptic")] {
+            // Few points, more than are looked up at a time, and a number that is no power of two.
+            for (samples, jitter) in [(5, 0), (96, 0), (16, 1), (33, 2)] {
+                let method = Multiview { samples, jitter, ..Multiview::default() };
+                let culled = render(&method, &mut view, lens);
+                let whole = render(&Multiview { culling: false, ..method }, &mut view, lens);
+                assert_eq!(culled, whole, "{what}, {of} blur, {samples} points, {}", JITTERS[jitter]);
+            }
         }
     }
 }

@@ -16,6 +16,7 @@
 //! if it is asked for, one by one with a depth buffer each: the same slabs.
 
 mod nbuffer;
+mod points;
 mod slabs;
 
 pub use slabs::{SlabRange, slab_ranges};
@@ -23,12 +24,13 @@ pub use slabs::{SlabRange, slab_ranges};
 use super::sheet_rays::SheetRays;
 use super::tile_lists::{self, DEFOCUSED, FocusMap, Reach};
 use super::{About, Apertures, IN_FOCUS_COC_PX, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Buffer, Frame, Gpu, SamplerKind, Shader, Texture};
+use crate::gpu::{Frame, SamplerKind, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{EnvironmentUniform, Tone, View};
 use crate::{shader, uniform};
-use glam::{DVec2, Vec2};
-use nbuffer::{NBuffer, window_side};
+use glam::DVec2;
+use nbuffer::NBuffer;
+use points::LensPoints;
 use slabs::{DEPTH, EXPLAINED, MAX_SLABS, Slabs, SlabsKey};
 
 const SHADER: Shader = shader!("methods/multiview");
@@ -90,10 +92,6 @@ const JITTER_SETS: u32 = 16;
 /// with fewer would be drawn anew when more are asked for, which costs far more than levels.
 const CONE_LEVELS: u32 = 6;
 
-/// Widest cone that is read from a mipmap, px: arrays are padded to a multiple of it. With
-/// 8 lens points it is reached at a CoC of over 100 px.
-const WIDEST_CONE_PX: f64 = (1u32 << (CONE_LEVELS - 1)) as f64;
-
 impl Default for Multiview {
     fn default() -> Self {
         Self {
@@ -116,7 +114,6 @@ impl Default for Multiview {
 
 uniform! {
     struct Params {
-        windows: [[u32; 4]; MAX_SLABS as usize],
         origin: [f32; 2],
         frame_low: [f32; 2],
         frame_high: [f32; 2],
@@ -134,7 +131,10 @@ uniform! {
         lens_radius_m: f32,
         over: u32,
         stretched_px: f32,
-        _unused: [u32; 3],
+        block_px: u32,
+        blocks: [u32; 2],
+        greatest_v: f32,
+        _unused: u32,
     }
 }
 
@@ -255,21 +255,13 @@ impl Method for Multiview {
         }
         let gpu = frame.gpu();
         let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones, self.lambda.to_bits());
-        let points = gpu.memo().get(&key, || self.lens_points(gpu, lens));
+        let points = gpu.memo().get(&key, || LensPoints::of(self, gpu, lens));
         let sheets = SheetRays::of(frame, view, lens);
         let seen = view.pinhole(frame);
         let view = view.solid();
         let slabs = self.slabs(frame, view, lens)?;
-        let squares: Vec<u32> = slabs.ranges.iter().map(|range| square_px(view, lens, range, &points)).collect();
-        let sides: Vec<u32> = squares.iter().map(|&s| if self.culling { window_side(s) } else { 1 }).collect();
-        // One for each primary of a chromatic eye, if it has three.
-        let lenses = if lens.eye.farthest_shift_d == 0.0 { 1 } else { 3 };
-        let n_buffer = NBuffer::of(frame, view, &slabs, sides.clone(), lenses);
-
-        let mut params = self.uniform(view, lens, &slabs, &points);
-        for (window, (square, side)) in params.windows.iter_mut().zip(squares.iter().zip(&sides)) {
-            *window = [*square, *side, 0, 0];
-        }
+        let n_buffer = NBuffer::of(frame, view, &slabs);
+        let params = self.uniform(view, lens, &slabs, &n_buffer, &points);
         let result = frame.color_texture("multiview", view.size());
         // Without shading nothing reads these, but they are bound.
         let (base, normal) = slabs.surfaces.as_ref().map_or((&slabs.color, &slabs.color), |s| (&s.base, &s.normal));
@@ -284,18 +276,20 @@ impl Method for Multiview {
             || (EnvironmentUniform::default(), frame.gpu().buffer("no lights", size_of::<[f32; 16]>() as u64)),
             |s| (s.environment, s.lights),
         );
+        let entry = if self.shades(view) || sheets.any { "trace_tiles_with_more" } else { "trace_tiles" };
         let pass = frame
-            .pass(&SHADER, "trace_tiles")
+            .pass(&SHADER, entry)
             .uniform("lens", &view.lens_uniform(lens))
             .uniform("params", &params)
             .texture("slab_color", &slabs.color)
             .texture("slab_depth", &slabs.depth)
             .texture("slab_base", base)
             .texture("slab_normal", normal)
-            .texture("n_buffer", &n_buffer.nearest)
+            .buffer("n_buffer", &n_buffer.nearest)
             .sampler("linear_clamp", SamplerKind::Linear)
             .buffer("content", &slabs.content)
             .buffer("lens_points", &points.v)
+            .buffer("cells", &points.cells)
             .uniform("environment", &environment)
             .buffer("lights", &lights)
             .texture("pinhole", &seen.color)
@@ -326,18 +320,6 @@ impl Method for Multiview {
 
 /// Classes of tiles, [`tile_lists::IN_FOCUS`] and [`DEFOCUSED`].
 const TILE_CLASSES: [(f32, &str); 2] = [(0.0, "in focus: copied, no rays"), (1.0, "traced")];
-
-/// Lens points of all sets, and how far apart they lie.
-struct LensPoints {
-    v: Buffer,
-    sets: u32,
-    /// Greatest offset per axis that is added to each, in v.
-    jitter: f64,
-    /// Lambda: diameter of a ray's cone over C, 0 without cones.
-    cone_per_coc: f64,
-    /// Greatest |v|, with the jitter.
-    radius: f64,
-}
 
 impl Multiview {
     /// Slabs of thickness delta over a range of CoCs, px; at least one.
@@ -376,24 +358,7 @@ impl Multiview {
         )
     }
 
-    fn lens_points(&self, gpu: &Gpu, lens: &Lens) -> LensPoints {
-        let sets = if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 };
-        let points = lens.aperture.lens_point_sets(self.samples, sets);
-        let spacing = mean_spacing(&points[..self.samples as usize]);
-        let is_moved = JITTERS[self.jitter] == "offsets" && self.samples > 1;
-        let jitter = if is_moved { 0.5 * spacing } else { 0.0 };
-        let points: Vec<Vec2> = points.into_iter().map(DVec2::as_vec2).collect();
-        LensPoints {
-            v: gpu.buffer_of("lens points", &points),
-            sets,
-            jitter,
-            // Points a distance s apart in v are s * C / 2 apart on the image.
-            cone_per_coc: if self.cones { 0.5 * spacing * f64::from(self.lambda / LAMBDA_OF_32) } else { 0.0 },
-            radius: lens.aperture.radius() + jitter * std::f64::consts::SQRT_2,
-        }
-    }
-
-    fn uniform(&self, view: &View, lens: &Lens, slabs: &Slabs, points: &LensPoints) -> Params {
+    fn uniform(&self, view: &View, lens: &Lens, slabs: &Slabs, n_buffer: &NBuffer, points: &LensPoints) -> Params {
         let projection = view.projection();
         let low = slabs.padding.as_vec2();
         let high = low + projection.outer_size().as_vec2();
@@ -416,32 +381,10 @@ impl Multiview {
             over: (COVERAGES[self.coverage] == "over").into(),
             // Else rays that leave the frame under what is near would meet what that hides.
             stretched_px: if self.guesses_hidden(view) { projection.outer_size().max_element() as f32 } else { 0.0 },
-            ..Default::default()
+            block_px: n_buffer.block_px,
+            blocks: n_buffer.blocks.to_array(),
+            greatest_v: points.greatest,
+            _unused: 0,
         }
     }
-}
-
-/// Side, px, of the square around a pixel that holds all texels of the slab that its rays
-/// may read.
-fn square_px(view: &View, lens: &Lens, range: &SlabRange, points: &LensPoints) -> u32 {
-    let c = |z: f32| lens.coc().at_stored(f64::from(z), view.projection().near_m).abs();
-    let coc_px = c(range.z_near).max(c(range.z_far)) + lens.greatest_astigmatism_px();
-    // A trilinear read of the level above a cone's width takes texels two widths away.
-    let cone_px = 2.0 * (points.cone_per_coc * coc_px).clamp(1.0, WIDEST_CONE_PX);
-    let reach_px = (0.5 * coc_px * points.radius + cone_px).ceil();
-    // Farther than the image is wide there is nothing.
-    2 * (reach_px as u32).min(view.projection().outer_size().max_element()) + 1
-}
-
-/// Mean distance from a point to its nearest neighbour: the paper's lambda, in v. One point stands
-/// for the whole lens.
-fn mean_spacing(points: &[DVec2]) -> f64 {
-    if points.len() == 1 {
-        return 2.0;
-    }
-    let nearest = |(i, p): (usize, &DVec2)| {
-        let others = points.iter().enumerate().filter(|(j, _)| *j != i);
-        others.map(|(_, q)| p.distance_squared(*q)).fold(f64::INFINITY, f64::min).sqrt()
-    };
-    points.iter().enumerate().map(nearest).sum::<f64>() / points.len() as f64
 }

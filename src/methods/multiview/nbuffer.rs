@@ -1,80 +1,123 @@
-//! N-buffers (Decoret, "N-Buffers for efficient depth map query", Eurographics 2005): at
-//! full resolution, the nearest depth in a square window at each texel. Four windows make
-//! any square up to twice their side, so each slab keeps the one level that its greatest
-//! CoC asks for.
+//! N-buffers (Decoret, "N-Buffers for efficient depth map query", Eurographics 2005): for each
+//! slab the nearest depth in square windows of 1, 2, 4 ... blocks of texels at each block. Four
+//! windows make any square up to twice their side. No lens has a part in them.
 
 use super::slabs::{SLAB_SHADER, Slabs};
-use crate::gpu::{Frame, Texture, TextureKey};
+use crate::gpu::{Buffer, Frame, Pass, Texture, TextureKey};
 use crate::uniform;
 use crate::view::View;
+use glam::UVec2;
+
+/// Side of a block, px, unless there are too many of them: that of a tile of rays.
+const BLOCK_PX: u32 = 8;
 
 /// The N-buffer of a view's slabs.
 #[derive(Clone)]
 pub(super) struct NBuffer {
     /// The slabs' depth that it was built from.
     depth: Texture,
-    sides: Vec<u32>,
-    /// R32F array: greatest z over the slab's window right of and below each texel.
-    pub nearest: Texture,
+    /// Side of a block, px, a power of two.
+    pub block_px: u32,
+    /// Blocks along x and y.
+    pub blocks: UVec2,
+    slabs: u32,
+    /// By level, slab and block: greatest z in the window of 2^level blocks right of and below
+    /// the block, less than 0 where there is nothing.
+    pub nearest: Buffer,
 }
 
 uniform! {
     struct Level {
-        side: u32,
-        growing: u32,
+        blocks: [u32; 2],
+        block_px: u32,
+        slab_count: u32,
+        level: u32,
+        _unused: u32,
     }
-}
-
-/// Side, px, of the windows with which four reads make a square of side `square`: the
-/// greatest power of two that fits in it.
-pub(super) fn window_side(square: u32) -> u32 {
-    1 << square.max(1).ilog2()
 }
 
 impl NBuffer {
-    /// Windows of `sides[i]` px (powers of two) for slab i, built unless one of the last `most` ones
-    /// fits.
-    pub fn of(frame: &mut Frame<'_>, view: &mut View, slabs: &Slabs, sides: Vec<u32>, most: usize) -> Self {
-        let mut kept: Vec<Self> = view.kept().take().unwrap_or_default();
-        kept.retain(|kept| kept.depth.same(&slabs.depth));
-        let known = kept.iter().position(|kept| kept.sides == sides);
-        let last = match known {
-            Some(index) => {
-                let known = kept.remove(index);
+    /// That of `slabs`, built unless the view's last one is.
+    pub fn of(frame: &mut Frame<'_>, view: &mut View, slabs: &Slabs) -> Self {
+        let known = view.kept::<Self>().clone().filter(|known| known.depth.same(&slabs.depth));
+        let n_buffer = match known {
+            Some(known) => {
                 frame.skip("N-buffer unchanged");
-                frame.expose(format_args!("N-buffer {}", known.sides.iter().max().unwrap_or(&1)), &known.nearest);
                 known
             }
             None => {
-                kept.truncate(most - 1);
-                Self { nearest: build(frame, slabs, &sides), sides, depth: slabs.depth.clone() }
+                let n_buffer = Self::sized(frame, slabs);
+                n_buffer.build(frame);
+                *view.kept() = Some(n_buffer.clone());
+                n_buffer
             }
         };
-        kept.insert(0, last.clone());
-        *view.kept() = Some(kept);
-        last
+        n_buffer.expose(frame);
+        n_buffer
+    }
+
+    fn sized(frame: &Frame<'_>, slabs: &Slabs) -> Self {
+        let size = slabs.depth.size();
+        let count = slabs.ranges.len() as u32;
+        let gpu = frame.gpu();
+        let mut block_px = BLOCK_PX;
+        while bytes(size, block_px, count) > gpu.largest_binding_bytes() {
+            block_px *= 2;
+        }
+        let nearest = gpu.scratch("N-buffer", bytes(size, block_px, count));
+        Self { depth: slabs.depth.clone(), block_px, blocks: blocks(size, block_px), slabs: count, nearest }
+    }
+
+    fn build(&self, frame: &mut Frame<'_>) {
+        let first = frame.pass(&SLAB_SHADER, "find_nearest").texture("slab_depths", &self.depth);
+        self.bind(first, 0).dispatch_layers(self.blocks, self.slabs);
+        for level in 1..levels(self.blocks) {
+            let pass = frame.pass(&SLAB_SHADER, "widen_windows").label(format_args!("N-buffer {}", 1 << level));
+            self.bind(pass, level).dispatch_layers(self.blocks, self.slabs);
+        }
+    }
+
+    fn bind<'f, 'g>(&self, pass: Pass<'f, 'g>, level: u32) -> Pass<'f, 'g> {
+        let level = Level {
+            blocks: self.blocks.to_array(),
+            block_px: self.block_px,
+            slab_count: self.slabs,
+            level,
+            _unused: 0,
+        };
+        pass.uniform("level", &level).buffer("n_buffer", &self.nearest)
+    }
+
+    /// Debug images of the levels, a texel a block.
+    fn expose(&self, frame: &mut Frame<'_>) {
+        if !frame.keeps_intermediates() {
+            return;
+        }
+        let key = TextureKey {
+            size: self.blocks,
+            levels: 1,
+            layers: self.depth.layers(),
+            format: wgpu::TextureFormat::R32Float,
+        };
+        for level in 0..levels(self.blocks) {
+            let shown = frame.gpu().texture_of("N-buffer", key);
+            let pass = frame.pass(&SLAB_SHADER, "show_windows").texture("shown", &shown);
+            self.bind(pass, level).dispatch_layers(self.blocks, self.slabs);
+            frame.expose(format_args!("N-buffer {}", 1 << level), &shown);
+        }
     }
 }
 
-fn build(frame: &mut Frame<'_>, slabs: &Slabs, sides: &[u32]) -> Texture {
-    let size = slabs.depth.size();
-    let key = TextureKey { size, levels: 1, layers: slabs.depth.layers(), format: wgpu::TextureFormat::R32Float };
-    let widest = sides.iter().copied().max().unwrap_or(1);
-    let mut nearest = slabs.depth.clone();
-    let mut side = 1;
-    while side < widest {
-        let wider = frame.gpu().texture_of("N-buffer", key);
-        let growing = sides.iter().enumerate().map(|(i, &s)| u32::from(s > side) << i).sum();
-        frame
-            .pass(&SLAB_SHADER, "widen_windows")
-            .label(format_args!("N-buffer {}", 2 * side))
-            .uniform("level", &Level { side, growing })
-            .texture("narrower", &nearest)
-            .texture("wider", &wider)
-            .dispatch_groups(size.x.div_ceil(8), size.y.div_ceil(8), sides.len() as u32);
-        nearest = wider;
-        side *= 2;
-        frame.expose(format_args!("N-buffer {side}"), &nearest);
-    }
-    nearest
+fn blocks(size: UVec2, block_px: u32) -> UVec2 {
+    size.map(|side| side.div_ceil(block_px))
+}
+
+/// Levels up to the one whose windows, four of them, make all of the image.
+fn levels(blocks: UVec2) -> u32 {
+    blocks.max_element().ilog2() + 1
+}
+
+fn bytes(size: UVec2, block_px: u32, slabs: u32) -> u64 {
+    let blocks = blocks(size, block_px);
+    4 * u64::from(levels(blocks)) * u64::from(slabs.max(1)) * u64::from(blocks.x) * u64::from(blocks.y)
 }

@@ -35,7 +35,7 @@ mod tiles;
 
 use super::sprites::{SpriteTable, SpritesUniform};
 use super::{About, Apertures, Meaning, Method, MethodError, Param, Quantity, Scale};
-use crate::gpu::{Frame, Pass, Shader, Texture};
+use crate::gpu::{Buffer, Frame, Pass, Shader, Texture};
 use crate::lens::Lens;
 use crate::view::{Layer, LensUniform, View};
 use crate::{shader, uniform};
@@ -379,6 +379,8 @@ struct Splatting {
     sprites: SpritesUniform,
     params: Params,
     idf_sums: Texture,
+    /// The same as a buffer.
+    idf_table: Buffer,
     /// Size of the inner frame.
     size: UVec2,
     by_sprites: bool,
@@ -396,6 +398,7 @@ impl Splatting {
             sprites: table.uniform(view),
             params: splat.uniform(frame, view, lens),
             idf_sums: SpriteTable::texture_of_lens(lens, frame.gpu()),
+            idf_table: SpriteTable::buffer_of_lens(lens, frame.gpu()),
             size: view.size(),
             by_sprites: match SUMMED_BY[splat.by] {
                 "adapter" => frame.gpu().is_software() && sprites::blends_32_bits(frame.gpu()),

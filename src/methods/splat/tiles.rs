@@ -12,18 +12,28 @@ const SHADER: Shader = shader!("methods/splat_tiles");
 /// Side of a tile, px: `TILE` in the shader.
 const TILE_PX: u32 = 16;
 
-/// Sources of a tile, and the words with a bit for each: `SOURCES` and `WORDS` in the shader.
-const SOURCES: u32 = 320;
-const WORDS: u32 = 10;
+/// Most offsets of a chunk: `MOST_OFFSETS` in the shader.
+const MOST_OFFSETS: [u32; 2] = [18, 11];
 
-/// Rounds that a source takes where spots are ellipses: one, one a pixel of four, and one a strip of
-/// each (`STRIPS` in `shaders/lib/spots.wgsl`).
-const ROUNDS_AN_ELLIPSE: u32 = 1 + 4 * (1 + 7);
+/// Rounds that an offset takes: one, and for each of 2x2 pixels one a strip of an ellipse (`STRIPS` in
+/// `shaders/lib/spots.wgsl`) and one for its end. A software adapter runs both sides of a
+/// branch: where spots are round, it takes the one for the end.
+const fn rounds_an_offset(has_ellipses: bool) -> u32 {
+    if has_ellipses { 1 + 4 * (7 + 1) } else { 1 + 4 }
+}
 
-/// Tiles of sources that one pass sums on a software adapter: it ends all loops of an invocation
-/// after 65,535 rounds, of which a tile takes one, one a word and `rounds` a source.
-const fn tiles_a_part(rounds: u32) -> u32 {
-    65_535 / (1 + WORDS + rounds * SOURCES)
+/// Chunks of offsets that one pass sums on a software adapter: it ends all loops of an invocation
+/// after 65,535 rounds. A chunk takes 13 and their end to put sources into workgroup memory, a row of
+/// offsets two more than its offsets, and less than 16 are for the rest; a thousand are left for
+/// finding what is near.
+const fn chunks_a_part(has_ellipses: bool) -> u32 {
+    let [columns, rows] = MOST_OFFSETS;
+    64_535 / (14 + rows * (2 + columns * rounds_an_offset(has_ellipses)) + 16)
+}
+
+/// Chunks of `count` x `count` offsets.
+fn chunks(count: u32) -> u32 {
+    MOST_OFFSETS.map(|most| count.div_ceil(most)).iter().product()
 }
 
 const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -41,12 +51,12 @@ uniform! {
 }
 
 impl Tiles {
-    /// The parts in which the tiles of the window are summed.
-    fn parts(&self, gpu: &Gpu, rounds: u32) -> Vec<Self> {
-        let side = 2 * self.window + 1;
-        let [x, y] = self.count.map(|count| count.min(side));
-        let whole = x * y;
-        let step = if gpu.is_software() { tiles_a_part(rounds) } else { whole };
+    /// The parts in which the chunks of offsets are summed: as many as of the tile that spots
+    /// reach from farthest away, `grid_of` in the shader.
+    fn parts(&self, gpu: &Gpu, has_ellipses: bool) -> Vec<Self> {
+        let reach = TILE_PX * (self.window + 1);
+        let whole = chunks(2 * reach) + chunks(2 * reach + 1) * self.reduced;
+        let step = if gpu.is_software() { chunks_a_part(has_ellipses) } else { whole };
         let part = |begin| Self { part_begin: begin, part_end: begin + step, is_first: (begin == 0).into(), ..*self };
         (0..whole).step_by(step as usize).map(part).collect()
     }
@@ -90,14 +100,14 @@ impl Splatting {
         let reach = self.measure(frame, source, arrays, &tiles, measure);
         let goes_on = sums.is_some();
         let mut layers: [Texture; N] = sums.unwrap_or_else(|| std::array::from_fn(|_| none.clone()));
-        let rounds = if self.lens.astigmatism_px == 0.0 { 1 } else { ROUNDS_AN_ELLIPSE };
-        for part in tiles.parts(frame.gpu(), rounds) {
+        for part in tiles.parts(frame.gpu(), self.lens.astigmatism_px != 0.0) {
             let part = Tiles { is_first: if goes_on { 0 } else { part.is_first }, ..part };
             let new = labels.map(|label| frame.texture(label, self.size, FORMAT));
             let pass = self.of_source(frame.pass(&SHADER, gather), source, arrays, &part);
             let mut pass = pass
                 .buffer("tile_reach_px", &reach)
                 .texture("idf_sums", &self.idf_sums)
+                .buffer("idf_table", &self.idf_table)
                 .uniform("params", &self.params);
             // Of fewer than three the sums of the first are neither kept nor read.
             for (i, (old_name, new_name)) in SUMS.into_iter().enumerate() {
