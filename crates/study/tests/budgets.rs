@@ -42,7 +42,7 @@ struct Budget {
     indirect: u64,
     /// Draws of the scene while nothing, the lens and the camera change.
     draws: [u64; 3],
-    /// Textures and buffers at once while the camera moves, MB.
+    /// Textures and buffers at once while nothing or the camera changes, MB.
     mb: u64,
 }
 
@@ -60,7 +60,7 @@ const BUDGETS: &[Budget] = &[
     Budget { method: "scatter", passes: 108, indirect: 0, draws: [0, 0, 1], mb: 165 },
     Budget { method: "gather", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 115 },
     Budget { method: "lens-layers", passes: 30, indirect: 0, draws: [0, 0, 28], mb: 900 },
-    Budget { method: "adaptive", passes: 12, indirect: 6, draws: [0, 0, 28], mb: 1728 },
+    Budget { method: "adaptive", passes: 13, indirect: 6, draws: [0, 0, 4], mb: 1728 },
 ];
 
 /// What a goal is about.
@@ -77,7 +77,7 @@ enum Aim {
 const GOALS: &[(&str, Aim)] = &[
     ("mipmap", Aim::Passes(12)),
     ("multiview", Aim::CameraDraws(3)),
-    ("adaptive", Aim::CameraDraws(5)),
+    ("adaptive", Aim::CameraDraws(4)),
     ("adaptive", Aim::Mb(400)),
 ];
 
@@ -114,6 +114,7 @@ fn counted(method: &dyn Method, view: &mut View, lens: &Lens, change: Change) ->
         let _picture = methods::record(method, &mut recorder, view, lens).unwrap();
         recorder.finish().stats
     };
+    view.set_draft(change == Change::Camera);
     record(lens, view);
     let other = Lens { focus_distance_m: 1.01 * lens.focus_distance_m, ..lens.clone() };
     match change {
@@ -137,12 +138,12 @@ fn no_method_takes_more_than_its_budget() {
         let [still, by_lens, camera] =
             [Change::Nothing, Change::Lens, Change::Camera].map(|change| counted(&*method, &mut view, &lens, change));
         let draws = [&still, &by_lens, &camera].map(|stats| stats.views);
-        let mb = camera.peak_bytes().div_ceil(MB);
+        let mb = camera.peak_bytes().max(still.peak_bytes()).div_ceil(MB);
         println!(
-            "Budget {{ method: \"{id}\", passes: {}, indirect: {}, draws: {draws:?}, mb: {mb} }}, // still {} MB",
+            "Budget {{ method: \"{id}\", passes: {}, indirect: {}, draws: {draws:?}, mb: {mb} }}, // while the camera moves {} MB",
             still.passes,
             still.indirect_dispatches,
-            still.peak_bytes().div_ceil(MB)
+            camera.peak_bytes().div_ceil(MB)
         );
         let Some(budget) = BUDGETS.iter().find(|b| b.method == id) else {
             over.push(format!("{id} has no budget: give it what it takes"));
@@ -175,8 +176,7 @@ fn goals_that_are_met_are_in_the_budgets() {
         let (what, taken, goal, held) = match aim {
             Aim::Passes(goal) => ("passes", still.passes, *goal, budget.passes <= *goal),
             Aim::CameraDraws(goal) => ("draws while the camera moves", camera.views, *goal, budget.draws[2] <= *goal),
-            // Budgets hold bytes while the camera moves, which are more.
-            Aim::Mb(goal) => ("MB", still.peak_bytes().div_ceil(MB), *goal, true),
+            Aim::Mb(goal) => ("MB", still.peak_bytes().div_ceil(MB), *goal, budget.mb <= *goal),
         };
         let met = taken <= goal;
         println!("{id}: {taken} {what}, aimed at {goal}: {}", if met { "met" } else { "not met" });

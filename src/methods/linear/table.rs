@@ -7,6 +7,9 @@
 /// Most counts of a table: 4 MB of 16 bits each.
 const MOST_COUNTS: usize = 1 << 21;
 
+/// Most pixels along an axis: few sub-pixels have few counts, and a single one has none.
+const MOST_REACH: u32 = 128;
+
 /// Counts for the pixels around a circle's own one, as far as they fit.
 #[derive(Clone, Debug, Default)]
 pub struct CoverageTable {
@@ -25,7 +28,7 @@ impl CoverageTable {
         let mut begins = vec![0];
         let mut counts: Vec<u16> = Vec::new();
         let mut reach = 0;
-        loop {
+        while reach < MOST_REACH {
             let long = reach + 1;
             let of_column: Vec<Vec<u16>> = (0..=long).map(|short| counts_of(side, long, short)).collect();
             if counts.len() + of_column.iter().map(Vec::len).sum::<usize>() > MOST_COUNTS {
@@ -37,6 +40,8 @@ impl CoverageTable {
             }
             reach = long;
         }
+        // A buffer holds something.
+        counts.resize(counts.len().max(1), 0);
         let pair = |pair: &[u16]| u32::from(pair[0]) | u32::from(pair.get(1).copied().unwrap_or(0)) << 16;
         Self { reach, begins, counts: counts.chunks(2).map(pair).collect() }
     }

@@ -30,7 +30,7 @@ use crate::view::{EnvironmentUniform, Tone, View};
 use crate::{shader, uniform};
 use glam::DVec2;
 use nbuffer::NBuffer;
-use points::LensPoints;
+use points::{LensPoints, PointSets};
 use slabs::{DEPTH, EXPLAINED, MAX_SLABS, Slabs, SlabsKey};
 
 const SHADER: Shader = shader!("methods/multiview");
@@ -255,7 +255,7 @@ impl Method for Multiview {
         }
         let gpu = frame.gpu();
         let key = (lens.aperture.clone(), self.samples, self.jitter, self.cones, self.lambda.to_bits());
-        let points = gpu.memo().get(&key, || LensPoints::of(self, gpu, lens));
+        let points = gpu.memo().get(&key, || LensPoints::of(&self.point_sets(), gpu, lens));
         let sheets = SheetRays::of(frame, view, lens);
         let seen = view.pinhole(frame);
         let view = view.solid();
@@ -356,6 +356,15 @@ impl Multiview {
                 one_by_one: DRAWINGS[self.drawing] == "one by one",
             },
         )
+    }
+
+    fn point_sets(&self) -> PointSets {
+        PointSets {
+            samples: self.samples,
+            sets: if JITTERS[self.jitter] == "sets" { JITTER_SETS } else { 1 },
+            moved: JITTERS[self.jitter] == "offsets",
+            cone: if self.cones { f64::from(self.lambda / LAMBDA_OF_32) } else { 0.0 },
+        }
     }
 
     fn uniform(&self, view: &View, lens: &Lens, slabs: &Slabs, n_buffer: &NBuffer, points: &LensPoints) -> Params {

@@ -1,9 +1,20 @@
 //! The lens points of a pixel's rays.
 
-use super::{JITTER_SETS, JITTERS, LAMBDA_OF_32, Multiview};
 use crate::gpu::{Buffer, Gpu};
 use crate::lens::Lens;
 use glam::{DVec2, Vec2};
+
+/// Which lens points there are to be.
+pub(super) struct PointSets {
+    /// Points of a pixel.
+    pub samples: u32,
+    /// Sets that neighbouring pixels take in turn.
+    pub sets: u32,
+    /// Whether each point is moved from pixel to pixel, by up to half the distance of points.
+    pub moved: bool,
+    /// How wide a ray's cone is, over the distance of points; 0 without cones.
+    pub cone: f64,
+}
 
 /// Lens points of all sets, and how far apart they lie.
 pub(super) struct LensPoints {
@@ -21,14 +32,13 @@ pub(super) struct LensPoints {
 }
 
 impl LensPoints {
-    pub fn of(method: &Multiview, gpu: &Gpu, lens: &Lens) -> Self {
-        let sets = if JITTERS[method.jitter] == "sets" { JITTER_SETS } else { 1 };
-        let points = lens.aperture.lens_point_sets(method.samples, sets);
-        let spacing = mean_spacing(&points[..method.samples as usize]);
-        let is_moved = JITTERS[method.jitter] == "offsets" && method.samples > 1;
-        let jitter = if is_moved { 0.5 * spacing } else { 0.0 };
+    pub fn of(order: &PointSets, gpu: &Gpu, lens: &Lens) -> Self {
+        let PointSets { samples, sets, moved, cone } = *order;
+        let points = lens.aperture.lens_point_sets(samples, sets);
+        let spacing = mean_spacing(&points[..samples as usize]);
+        let jitter = if moved && samples > 1 { 0.5 * spacing } else { 0.0 };
         // One set is the same for all pixels already, and its order says which offset each point has.
-        let by_cell = if sets == 1 { points } else { lens.aperture.lens_point_sets_by_cell(method.samples, sets) };
+        let by_cell = if sets == 1 { points } else { lens.aperture.lens_point_sets_by_cell(samples, sets) };
         let cells: Vec<[Vec2; 2]> = by_cell
             .chunks(sets as usize)
             .map(|cell| bounds(cell).map(DVec2::as_vec2))
@@ -43,7 +53,7 @@ impl LensPoints {
             sets,
             jitter,
             // Points a distance s apart in v are s * C / 2 apart on the image.
-            cone_per_coc: if method.cones { 0.5 * spacing * f64::from(method.lambda / LAMBDA_OF_32) } else { 0.0 },
+            cone_per_coc: 0.5 * spacing * cone,
         }
     }
 }
