@@ -7,7 +7,7 @@
 use defocus::gpu::{Gpu, Texture, download, wanted_features, wanted_limits, without_indirect_checks};
 use defocus::lens::Lens;
 use defocus::methods;
-use defocus::view::{DepthConvention, ForeignFrame, View};
+use defocus::view::{DepthConvention, ExternalFrame, View};
 
 const SIDE: u32 = 256;
 
@@ -41,20 +41,20 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let lens = Lens { aperture_diameter_mm: 5.0, focus_distance_m: 4.0, ..Lens::PINHOLE };
     let [color, depth] = [&scene_color, &scene_depth].map(|texture| target_like(&gpu, texture));
     let convention = DepthConvention::Conventional { far_m };
-    let foreign = ForeignFrame { color: &color, depth: &depth, convention, near_m, fov_y: 0.8 };
+    let external = ExternalFrame { color: &color, depth: &depth, convention, near_m, fov_y: 0.8 };
 
     // A frame of the program: its scene, then the lens, then what it does with the picture.
     let mut encoder = gpu.device().create_command_encoder(&Default::default());
     draw_scene(&mut encoder, [&scene_color, &scene_depth], [&color, &depth]);
     let mut recorder = gpu.recorder(&mut encoder);
-    let mut view = View::of_foreign(&mut recorder, &foreign)?;
+    let mut view = View::of_external(&mut recorder, &external)?;
     view.set_depth_range_m(Some([0.5, 4.0]));
     let blurred = methods::record(&*method, &mut recorder, &mut view, &lens)?;
     recorder.finish();
     let shown = target_like(&gpu, blurred.raw());
     copy(&mut encoder, blurred.raw(), &shown);
     gpu.queue().submit([encoder.finish()]);
-    // The next frame has the same view: view.set_foreign(&mut recorder, &foreign).
+    // The next frame has the same view: view.set_external(&mut recorder, &external).
 
     // A texture of linear colour; here, a number.
     let image = download(&gpu, &Texture::external(shown));

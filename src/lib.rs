@@ -18,7 +18,7 @@
 //! | set a lens, and read off its circles of confusion | [`lens::Lens`], [`presets`] |
 //! | put an eye behind it: pupil, glasses, colours, comfort | [`eye`], [`viewing`] |
 //! | load a glTF scene, or a photograph with a depth map | [`scene::gltf`], [`scene::rgbd`] |
-//! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ForeignFrame`] |
+//! | use the program's own device, textures and depth buffer | [`gpu::Gpu::from_device`], [`view::ExternalFrame`] |
 //! | trace rays through a lens | [`raytrace`] |
 //! | write a method | [`methods`], [`gpu`] |
 //!

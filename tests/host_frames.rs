@@ -6,7 +6,7 @@ use common::gpu;
 use defocus::gpu::{Texture, download, upload, upload_scalar};
 use defocus::image::{ColorImage, Image};
 use defocus::methods::{self, Method, MethodError};
-use defocus::view::{DepthConvention, ForeignFrame, GpuScene, Layer, SurfaceOptions, View};
+use defocus::view::{DepthConvention, ExternalFrame, GpuScene, Layer, SurfaceOptions, View};
 use glam::{UVec2, Vec3, uvec2, vec2};
 
 const SIZE: UVec2 = uvec2(96, 64);
@@ -167,9 +167,9 @@ fn a_recorder_that_is_dropped_leaves_its_commands() {
 }
 
 #[test]
-fn foreign_frames_replace_one_another_and_keep_the_promise() {
+fn external_frames_replace_one_another_and_keep_the_promise() {
     let picture = picture();
-    let foreign = ForeignFrame {
+    let external = ExternalFrame {
         color: picture.color.raw(),
         depth: picture.depth.raw(),
         convention: DepthConvention::ReversedInfinite,
@@ -178,11 +178,11 @@ fn foreign_frames_replace_one_another_and_keep_the_promise() {
     };
     let mut encoder = gpu().device().create_command_encoder(&Default::default());
     let mut recorder = gpu().recorder(&mut encoder);
-    let mut view = View::of_foreign(&mut recorder, &foreign).unwrap();
+    let mut view = View::of_external(&mut recorder, &external).unwrap();
     assert_eq!(view.z_bounds(&mut recorder), [0.0, 1.0], "nothing is known");
     view.set_depth_range_m(Some([1.0, f64::INFINITY]));
     assert_eq!(view.z_bounds(&mut recorder), [0.0, 0.1]);
-    view.set_foreign(&mut recorder, &foreign).unwrap();
+    view.set_external(&mut recorder, &external).unwrap();
     assert_eq!(view.z_bounds(&mut recorder), [0.0, 0.1], "of the next frame too");
     recorder.finish();
     submit_and_wait(encoder);

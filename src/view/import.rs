@@ -40,7 +40,7 @@ impl DepthConvention {
 
 /// A frame that another program has drawn through a pinhole.
 #[derive(Clone, Copy, Debug)]
-pub struct ForeignFrame<'a> {
+pub struct ExternalFrame<'a> {
     /// Linear colour: any float, unorm or sRGB format that can be sampled, usable as
     /// `TEXTURE_BINDING`.
     pub color: &'a wgpu::Texture,
@@ -71,16 +71,16 @@ impl View {
     ///
     /// Textures of different sizes, a size that the adapter cannot handle, a near plane
     /// that is not positive.
-    pub fn of_foreign(frame: &mut Frame<'_>, foreign: &ForeignFrame<'_>) -> Result<Self, ViewError> {
-        let [color, depth] = [foreign.color, foreign.depth].map(|t| Texture::external(t.clone()));
+    pub fn of_external(frame: &mut Frame<'_>, external: &ExternalFrame<'_>) -> Result<Self, ViewError> {
+        let [color, depth] = [external.color, external.depth].map(|t| Texture::external(t.clone()));
         if color.size() != depth.size() {
-            return Err(ViewError::Foreign("colour and depth differ in size: hand over textures of one size"));
+            return Err(ViewError::External("colour and depth differ in size: hand over textures of one size"));
         }
-        if !(foreign.near_m > 0.0 && foreign.near_m.is_finite()) {
-            return Err(ViewError::Foreign("the near plane must lie at a positive distance"));
+        if !(external.near_m > 0.0 && external.near_m.is_finite()) {
+            return Err(ViewError::External("the near plane must lie at a positive distance"));
         }
         super::check_size(frame.gpu(), color.size(), 0)?;
-        let (offset, scale) = foreign.convention.stored_from_value(foreign.near_m);
+        let (offset, scale) = external.convention.stored_from_value(external.near_m);
         let import = Import { offset: offset as f32, scale: scale as f32 };
         let layer = Layer {
             color: frame.texture("imported colour", color.size(), wgpu::TextureFormat::Rgba16Float),
@@ -98,7 +98,7 @@ impl View {
             .texture("depth_out", &layer.depth)
             .buffer("repaired", &repaired)
             .dispatch(color.size());
-        let view = Self::of_layer(layer, foreign.near_m, foreign.fov_y);
+        let view = Self::of_layer(layer, external.near_m, external.fov_y);
         Ok(Self { repaired: Repaired::OnGpu(repaired), ..view })
     }
 
@@ -107,9 +107,9 @@ impl View {
     ///
     /// # Errors
     ///
-    /// Those of [`View::of_foreign`]; then the view stays what it was.
-    pub fn set_foreign(&mut self, frame: &mut Frame<'_>, foreign: &ForeignFrame<'_>) -> Result<(), ViewError> {
-        let next = Self::of_foreign(frame, foreign)?;
+    /// Those of [`View::of_external`]; then the view stays what it was.
+    pub fn set_external(&mut self, frame: &mut Frame<'_>, external: &ExternalFrame<'_>) -> Result<(), ViewError> {
+        let next = Self::of_external(frame, external)?;
         let before = std::mem::replace(self, next);
         self.keep_promises_of(&before);
         Ok(())

@@ -24,7 +24,7 @@ mod tone;
 mod upload;
 
 pub use fine::FineDrawing;
-pub use import::{DepthConvention, ForeignFrame};
+pub use import::{DepthConvention, ExternalFrame};
 pub use layers::{Layer, LayerQuery, Shading, SurfaceLayer};
 pub use nearest::{NEAREST_REACH_PX, SAMPLE_SLACK_PX};
 pub(crate) use peel::copy_to_array_layer;
@@ -74,7 +74,7 @@ pub enum ViewError {
     },
     /// Textures of another program that do not make a frame.
     #[error("the frame that was handed over cannot be used: {0}")]
-    Foreign(&'static str),
+    External(&'static str),
     /// A lens that forms no image.
     #[error(transparent)]
     Lens(#[from] crate::lens::LensError),

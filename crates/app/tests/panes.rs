@@ -11,7 +11,7 @@ use defocus::gpu::download_rgba8;
 use defocus::stereo::Layout;
 use defocus::{image_io, methods};
 use defocus_app::window::{
-    Action, Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, Show, Verdict,
+    Action, Arrangement, Difference, DifferenceKind, Document, MAX_PANES, MethodChoice, PaneId, PaneMetrics, Show,
     read_state,
 };
 use eframe::egui::{Key, Modifiers, Role};
@@ -53,8 +53,8 @@ fn within_three_actions_two_methods_stand_side_by_side_focused_on_what_was_click
     click(&mut window, at);
     assert_eq!(document(&window).lens.focus_distance_m, expected);
     let engine = window.state().engine();
-    let Verdict::Current(measured) = engine.verdict(PaneId(1)) else {
-        panic!("they were measured: {:?}", engine.verdict(PaneId(1)));
+    let PaneMetrics::Current(measured) = engine.pane_metrics(PaneId(1)) else {
+        panic!("they were measured: {:?}", engine.pane_metrics(PaneId(1)));
     };
     let figures = measured.result.as_ref().expect("the images can be compared");
     let samples = engine.pane(PaneId(2)).and_then(|p| p.progress()).expect("the reference converges");

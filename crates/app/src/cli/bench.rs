@@ -253,12 +253,12 @@ fn shown(comparison: &Comparison) -> String {
     grid.set_header(&comparison.columns).add_rows(&comparison.rows);
     let mut claims = styled();
     claims.set_header(["paper", "measured", "agrees"]);
-    let verdict = |claim: &Claim| match claim.holds {
+    let pane_metrics = |claim: &Claim| match claim.holds {
         Some(true) => "yes".to_owned(),
         Some(false) => format!("no. {}", claim.reason),
         None => "not measured".to_owned(),
     };
-    claims.add_rows(comparison.claims.iter().map(|c| [c.paper.clone(), c.measured.clone(), verdict(c)]));
+    claims.add_rows(comparison.claims.iter().map(|c| [c.paper.clone(), c.measured.clone(), pane_metrics(c)]));
     let notes = comparison.notes.join("\n");
     format!("{}\n{}\n{grid}\n{claims}\n{notes}", comparison.title, comparison.setting)
 }

@@ -67,7 +67,7 @@ pub fn run(args: &StressArgs) -> anyhow::Result<()> {
     if !args.run.quiet && !is_stdout(json) {
         summarise(&found)?;
     }
-    verdict(&found)
+    pane_metrics(&found)
 }
 
 /// Seconds of a day.
@@ -167,7 +167,7 @@ fn soak_line(soak: &Soak) -> String {
     )
 }
 
-fn verdict(result: &StressJson) -> anyhow::Result<()> {
+fn pane_metrics(result: &StressJson) -> anyhow::Result<()> {
     result.outcome.as_ref().map_or(Ok(()), judge_outcome)?;
     judge_precision(result.precision.as_deref().unwrap_or_default())?;
     result.soak.as_ref().map_or(Ok(()), judge_soak)

@@ -140,7 +140,7 @@ impl App {
             self.perform(ui.ctx(), Action::TimePasses);
         }
         if let Some(PassTimes { of, times, .. }) = self.engine.pass_times() {
-            let UVec2 { x, y } = of.exposure.size;
+            let UVec2 { x, y } = of.render.size;
             ui.label(RichText::new(format!("{}, {x} x {y} px: {what}", of.method.title())).small().weak());
             timing::show_passes(ui, times.as_ref());
         }

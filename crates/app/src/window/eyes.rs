@@ -62,7 +62,7 @@ impl Eyes {
         }
         let right = self.right.get_or_insert_with(|| left.sibling());
         let mut request = request.clone();
-        request.exposure.camera = Some(camera);
+        request.render.camera = Some(camera);
         // What differs from the truth is measured for one eye.
         request.reference = None;
         request.panes.retain(|pane| pane.id != PaneId::HIDDEN);

@@ -78,7 +78,7 @@ impl App {
         self.load_what_is_named(ctx);
         self.prepare_lesson();
         self.reload_shaders(ctx);
-        for trouble in self.engine.take_troubles() {
+        for trouble in self.engine.take_device_errors() {
             self.messages.error(ctx, &trouble);
         }
         if self.preferences.theme != self.applied_theme {

@@ -70,8 +70,8 @@ mod watch;
 pub use action::{Action, Command};
 pub use dialogs::{Answer, Purpose};
 pub use engine::{
-    DISPLAY_INTERVAL_MS, Development, Engine, Exposure, Figures, History, Identity, Kernel, KernelOf, Measured,
-    MeasuredKernel, Pairing, Pane, Quantiles, Reading, Request, Tempo, Verdict, Wake,
+    DISPLAY_INTERVAL_MS, DisplaySettings, Engine, Figures, History, Identity, Kernel, KernelOf, Measured,
+    MeasuredKernel, Pairing, Pane, PaneMetrics, Quantiles, Reading, RenderRequest, Request, Tempo, Wake,
 };
 pub use model::state::{StateError, command_line, command_text, left_out, read as read_state, write as write_state};
 pub use model::{

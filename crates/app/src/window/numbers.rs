@@ -1,7 +1,7 @@
 //! Figures, the CoC plot and batches as files for other programs, with the state that made them.
 
 use super::App;
-use super::engine::{Measured, Verdict};
+use super::engine::{Measured, PaneMetrics};
 use super::model::Numbers;
 use super::model::{Document, state};
 use defocus::image_io::write_atomically;
@@ -60,7 +60,7 @@ impl App {
     fn figures(&self) -> Result<Vec<PaneFigures>, String> {
         let mut found = Vec::new();
         for (index, state) in self.document.panes.iter().enumerate() {
-            let Verdict::Current(Measured { of, result: Ok(figures) }) = self.engine.verdict(state.id) else {
+            let PaneMetrics::Current(Measured { of, result: Ok(figures) }) = self.engine.pane_metrics(state.id) else {
                 continue;
             };
             let params = state.method.params.iter().map(|(key, value)| format!("{key}={value}"));

@@ -1,6 +1,6 @@
 //! The panes: how they lie, and the head and foot of each.
 
-use super::engine::{Figures, FrameTime, Measured, Verdict};
+use super::engine::{Figures, FrameTime, Measured, PaneMetrics};
 use super::model::numbers::significant;
 use super::model::{Arrangement, Edit, Inside, PaneId, Show, tree_of};
 use super::model::{aperture_limit, astigmatism_limit};
@@ -324,7 +324,7 @@ impl App {
             return FootText::current(format!("reference{points}"), help);
         }
         let truth = self.engine.reference().and_then(|truth| self.engine.pane(truth)?.progress());
-        foot_text(&self.engine.verdict(id), truth)
+        foot_text(&self.engine.pane_metrics(id), truth)
     }
 
     fn pane_menu(&mut self, ui: &mut Ui, id: PaneId) {
@@ -379,21 +379,21 @@ impl FootText {
     }
 }
 
-/// A verdict in words. `truth`: lens points that the truth has and will have.
-fn foot_text(verdict: &Verdict<'_>, truth: Option<(u32, u32)>) -> FootText {
+/// A pane_metrics in words. `truth`: lens points that the truth has and will have.
+fn foot_text(pane_metrics: &PaneMetrics<'_>, truth: Option<(u32, u32)>) -> FootText {
     let goal = truth.map(|(_, goal)| goal);
     // Where no pane shows it, this is where one sees how far it is.
     let progress = truth.filter(|(count, goal)| count < goal);
     let progress =
         progress.map_or_else(String::new, |(count, goal)| format!(" · reference at {count} of {goal} points"));
     let help = "PSNR of what the display shows, how visible the difference is on it (ColorVideoVDP), SSIM and FLIP, against the reference with so many lens points.";
-    match verdict {
-        Verdict::Unasked => {
+    match pane_metrics {
+        PaneMetrics::Unasked => {
             FootText::current("no reference", "Press Figures to measure, or give a pane the method Accumulation buffer")
         }
-        Verdict::Pending => FootText::current(format!("measuring …{progress}"), "As soon as the picture rests"),
-        Verdict::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
-        Verdict::Current(Measured { result: Ok(figures), of }) => {
+        PaneMetrics::Pending => FootText::current(format!("measuring …{progress}"), "As soon as the picture rests"),
+        PaneMetrics::Current(Measured { result: Err(problem), .. }) => FootText::current(problem, problem),
+        PaneMetrics::Current(Measured { result: Ok(figures), of }) => {
             let points = match (of.truth.samples, goal) {
                 (Some(n), Some(goal)) if n < goal => format!(" · at {n} of {goal} points"),
                 (Some(n), _) => format!(" · at {n} points"),
@@ -402,8 +402,8 @@ fn foot_text(verdict: &Verdict<'_>, truth: Option<(u32, u32)>) -> FootText {
             let visibility = figures.jod.map(Visibility::of_jod);
             FootText { visibility, ..FootText::current(figures_in_words(figures) + &points, help) }
         }
-        Verdict::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
-        Verdict::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
+        PaneMetrics::Outdated(Measured { result: Err(_), .. }, _) => FootText::current("measuring …", help),
+        PaneMetrics::Outdated(Measured { result: Ok(figures), .. }, departures) => FootText {
             text: format!("before ({}): {}{progress}", departures.join(", "), figures_in_words(figures)),
             help: "These figures are of an earlier picture. Those of the present one follow as soon as it rests."
                 .into(),

@@ -179,10 +179,10 @@ impl App {
         request.held = now_s - self.viewport.last_input_s < HOLD_SECONDS;
         request.explain = self.inspector.is_open();
         request.story = self.inspector.story_of();
-        request.development.coc_scale_px = self.choose_coc_scale();
+        request.display_settings.coc_scale_px = self.choose_coc_scale();
         self.viewport.watch_motion(now_s, &request);
         request.is_moving = self.viewport.is_moving;
-        request.exposure.draft = self.viewport.is_camera_moving;
+        request.render.draft = self.viewport.is_camera_moving;
         self.viewport.filter = self.chosen_filter(ctx.pixels_per_point());
         match self.update_eyes(&mut request) {
             Ok(news) => {
@@ -223,12 +223,12 @@ impl App {
     /// Has one engine, or that of each eye, draw what is asked for; true if something was
     /// rendered.
     fn update_eyes(&mut self, request: &mut Request) -> Result<bool, MethodError> {
-        let (Some(stereo), Some(camera)) = (self.stereo(), request.exposure.camera) else {
+        let (Some(stereo), Some(camera)) = (self.stereo(), request.render.camera) else {
             self.eyes.forget();
             return self.engine.update(request);
         };
         let [left, right] = stereo.eyes(&camera);
-        request.exposure.camera = Some(left);
+        request.render.camera = Some(left);
         let news = self.engine.update(request)? | self.eyes.update(&self.engine, request, right)?;
         self.eyes.combine(&self.engine, stereo.layout, &request.visible);
         Ok(news)

@@ -1,7 +1,7 @@
 //! What is known of the panes' pictures from frame to frame: where they lie, where the pointer
 //! is in them, and whether something moves.
 
-use super::engine::{Exposure, Request};
+use super::engine::{RenderRequest, Request};
 use super::model::{MethodChoice, PaneId};
 use eframe::egui::Rect;
 use glam::{DVec2, UVec2, uvec2};
@@ -31,7 +31,7 @@ pub struct Viewport {
     /// Whether what is dragged is the divider.
     pub(super) dividing: bool,
     /// What pictures depended on in the frame before.
-    pub(super) depended_on: Option<(Exposure, Vec<MethodChoice>)>,
+    pub(super) depended_on: Option<(RenderRequest, Vec<MethodChoice>)>,
     pub(super) is_moving: bool,
     pub(super) is_camera_moving: bool,
     pub(super) filter: wgpu::FilterMode,
@@ -118,8 +118,8 @@ impl Viewport {
     /// parameter, by whatever it is moved.
     pub(super) fn watch_motion(&mut self, now_s: f64, request: &Request) {
         let methods = request.panes.iter().map(|pane| pane.method.clone()).collect();
-        let now = (request.exposure.clone(), methods);
-        if self.depended_on.as_ref().is_some_and(|(before, _)| before.camera != request.exposure.camera) {
+        let now = (request.render.clone(), methods);
+        if self.depended_on.as_ref().is_some_and(|(before, _)| before.camera != request.render.camera) {
             self.last_camera_motion_s = now_s;
         }
         if self.depended_on.as_ref().is_some_and(|before| *before != now) {

@@ -7,8 +7,8 @@ use defocus::gpu::{download, download_rgba8};
 use defocus::image::ColorImage;
 use defocus::methods::{self, Accumulation};
 use defocus_app::window::{
-    Action, Difference, DifferenceKind, Document, Engine, Figures, Measured, MethodChoice, Pairing, PaneId, PaneState,
-    Request, Show, Tempo, Verdict,
+    Action, Difference, DifferenceKind, Document, Engine, Figures, Measured, MethodChoice, Pairing, PaneId,
+    PaneMetrics, PaneState, Request, Show, Tempo,
 };
 use defocus_study::metrics::{self, CompareOptions};
 use defocus_study::{DepthArgs, GpuSource, Source};
@@ -193,31 +193,27 @@ impl Bench {
     fn check(&self, request: &Request, after: &str) -> Vec<(PaneId, Measured)> {
         let mut current = Vec::new();
         for state in request.panes.iter().filter(|state| request.visible.contains(&state.id)) {
-            let verdict = self.engine.verdict(state.id);
+            let pane_metrics = self.engine.pane_metrics(state.id);
             let Some(truth) = request.reference.filter(|truth| *truth != state.id) else {
-                assert_eq!(verdict, Verdict::Unasked, "after {after}");
+                assert_eq!(pane_metrics, PaneMetrics::Unasked, "after {after}");
                 continue;
             };
-            match verdict {
-                Verdict::Current(measured) => {
+            match pane_metrics {
+                PaneMetrics::Current(measured) => {
                     let Pairing { picture, truth: of, display, .. } = &measured.of;
                     let shown = self.engine.pane(state.id).and_then(|pane| pane.identity());
                     assert_eq!(shown, Some(picture), "after {after}: figures of what is shown");
-                    assert_eq!(
-                        (&picture.method, &picture.exposure),
-                        (&state.method, &request.exposure),
-                        "after {after}"
-                    );
+                    assert_eq!((&picture.method, &picture.render), (&state.method, &request.render), "after {after}");
                     let truth = request.panes.iter().find(|pane| pane.id == truth).expect("it is asked for");
-                    assert_eq!((&of.method, &of.exposure), (&truth.method, &request.exposure), "after {after}");
-                    assert_eq!(*display, request.development.display, "after {after}");
+                    assert_eq!((&of.method, &of.render), (&truth.method, &request.render), "after {after}");
+                    assert_eq!(*display, request.display_settings.display, "after {after}");
                     current.push((state.id, measured.clone()));
                 }
-                Verdict::Outdated(_, departures) => {
+                PaneMetrics::Outdated(_, departures) => {
                     assert!(!departures.is_empty(), "after {after}: it says what it is of");
                 }
-                Verdict::Pending => {}
-                Verdict::Unasked => panic!("after {after}: there is a reference"),
+                PaneMetrics::Pending => {}
+                PaneMetrics::Unasked => panic!("after {after}: there is a reference"),
             }
         }
         current
@@ -226,8 +222,8 @@ impl Bench {
     /// A picture made from nothing by what its identity says.
     fn picture(&self, of: &defocus_app::window::Identity) -> ColorImage {
         let source = &self.sources[self.shown];
-        let mut view = source.view(0, of.exposure.size, of.exposure.overscan_px, None).expect("the view can be made");
-        if let Some(camera) = of.exposure.camera {
+        let mut view = source.view(0, of.render.size, of.render.overscan_px, None).expect("the view can be made");
+        if let Some(camera) = of.render.camera {
             view.set_camera(camera);
         }
         let mut method = of.method.build().expect("there is such a method");
@@ -237,7 +233,7 @@ impl Bench {
         }
         let mut frame = common::gpu().frame();
         let texture =
-            methods::record(method.as_ref(), &mut frame, &mut view, &of.exposure.lens).expect("it can be drawn");
+            methods::record(method.as_ref(), &mut frame, &mut view, &of.render.lens).expect("it can be drawn");
         frame.finish();
         download(common::gpu(), &texture)
     }
@@ -266,7 +262,7 @@ impl Bench {
             return;
         }
         let shown = download_rgba8(common::gpu(), shown);
-        let wanted = defocus_study::report::shown(&self.picture(identity), request.development.display);
+        let wanted = defocus_study::report::shown(&self.picture(identity), request.display_settings.display);
         let differs = |(a, b): (&[u8; 4], &[u8; 3])| a.iter().zip(b).any(|(a, b)| a.abs_diff(*b) > 1);
         assert_eq!(shown.size, wanted.size, "after {after}");
         let wrong = shown.pixels.iter().zip(&wanted.pixels).filter(|pair| differs(*pair)).count();
@@ -347,8 +343,9 @@ fn tiny() -> Tiny {
 }
 
 fn psnr_db(window: &Window) -> f64 {
-    let Verdict::Current(Measured { result: Ok(figures), .. }) = window.state().engine().verdict(PaneId(1)) else {
-        panic!("{:?}", window.state().engine().verdict(PaneId(1)));
+    let PaneMetrics::Current(Measured { result: Ok(figures), .. }) = window.state().engine().pane_metrics(PaneId(1))
+    else {
+        panic!("{:?}", window.state().engine().pane_metrics(PaneId(1)));
     };
     figures.psnr_db.expect("the pictures differ")
 }
@@ -364,7 +361,7 @@ fn a_method_chosen_by_keys_takes_the_figures_of_the_one_before_with_it() {
     // In the very frame in which the picture is another one.
     window.step();
     assert!(starts(&window, format!("before (Anisotropic mipmaps): {before_db:.1} dB")), "{:?}", feet(&window));
-    assert!(matches!(window.state().engine().verdict(PaneId(1)), Verdict::Outdated(..)));
+    assert!(matches!(window.state().engine().pane_metrics(PaneId(1)), PaneMetrics::Outdated(..)));
     settle(&mut window);
     let after_db = psnr_db(&window);
     assert_ne!(after_db, before_db, "another method is as far from the truth as it is");
@@ -390,6 +387,6 @@ fn the_last_answer_arrives_without_the_pointer() {
     }
     let shown = feet(&window);
     assert!(shown.iter().any(|text| text.ends_with("at 8 points")), "{shown:?}");
-    let Verdict::Current(measured) = window.state().engine().verdict(PaneId(1)) else { panic!("{shown:?}") };
+    let PaneMetrics::Current(measured) = window.state().engine().pane_metrics(PaneId(1)) else { panic!("{shown:?}") };
     assert_eq!(measured.of.truth.samples, Some(8));
 }

@@ -3,7 +3,7 @@
 use crate::common::window::{Window, settle, window_with};
 use crate::{says, tiny_files};
 use defocus::gpu::download;
-use defocus_app::window::{Action, AppOptions, Document, MethodChoice, PaneId, PictureSize, Tempo, Verdict};
+use defocus_app::window::{Action, AppOptions, Document, MethodChoice, PaneId, PaneMetrics, PictureSize, Tempo};
 use glam::{UVec2, uvec2};
 
 /// Pixels of the picture.
@@ -106,10 +106,10 @@ fn what_is_drawn_beside_is_what_is_drawn_here() {
 fn figures_of_what_is_drawn_beside_are_of_the_full_picture() {
     let Slow { mut window, _folder } = slow(&["mipmap", "accumulation"], no_time());
     for change in 0..2 {
-        let Verdict::Current(measured) = window.state().engine().verdict(PaneId(1)) else {
-            panic!("after {change} changes: {:?}", window.state().engine().verdict(PaneId(1)));
+        let PaneMetrics::Current(measured) = window.state().engine().pane_metrics(PaneId(1)) else {
+            panic!("after {change} changes: {:?}", window.state().engine().pane_metrics(PaneId(1)));
         };
-        assert_eq!(measured.of.picture.exposure.size, SIZE);
+        assert_eq!(measured.of.picture.render.size, SIZE);
         assert_eq!(measured.of.truth.samples, Some(9));
         let frames = window.state().engine().rendered_frames();
         window.run_steps(3);
@@ -142,7 +142,7 @@ fn it_is_told_which_pass_costs_most_also_in_software() {
     window.state_mut().perform(&ctx, Action::TimePasses);
     settle(&mut window);
     let timed = window.state().engine().pass_times().expect("they were asked for");
-    assert_eq!((timed.of.method.id.as_str(), timed.of.exposure.size), ("mipmap", SIZE));
+    assert_eq!((timed.of.method.id.as_str(), timed.of.render.size), ("mipmap", SIZE));
     let times = timed.times.as_ref().expect("they are there").as_ref().expect("it can be drawn");
     assert!(times.len() > 3 && times.iter().all(|pass| pass.ms >= 0.0), "{times:?}");
     assert!(times.iter().any(|pass| pass.label.starts_with("mipmap/")), "{times:?}");

@@ -2,7 +2,7 @@
 
 use crate::common::window::{Tiny, Window, name_file, settle, tiny};
 use crate::{says, tiny_files};
-use defocus_app::window::{Action, BatchRow, MethodChoice, Numbers, PaneId, PictureKind, Verdict, read_state};
+use defocus_app::window::{Action, BatchRow, MethodChoice, Numbers, PaneId, PaneMetrics, PictureKind, read_state};
 use eframe::egui::Role;
 use egui_kittest::kittest::Queryable;
 use std::path::Path;
@@ -30,7 +30,9 @@ fn columns(text: &str, name: &str) -> Vec<String> {
 }
 
 fn psnr_db(window: &Window) -> f64 {
-    let Verdict::Current(measured) = window.state().engine().verdict(PaneId(1)) else { panic!("it was measured") };
+    let PaneMetrics::Current(measured) = window.state().engine().pane_metrics(PaneId(1)) else {
+        panic!("it was measured")
+    };
     measured.result.as_ref().expect("they can be compared").psnr_db.expect("they differ")
 }
 

@@ -3,7 +3,7 @@
 use crate::common::window::{Tiny, Window, name_file, press, settle, tiny};
 use crate::tiny_files;
 use defocus_app::window::{
-    Action, Document, MethodChoice, PaneId, PaneState, Verdict, command_line, command_text, left_out,
+    Action, Document, MethodChoice, PaneId, PaneMetrics, PaneState, command_line, command_text, left_out,
 };
 use eframe::egui::{Key, Modifiers};
 use glam::uvec2;
@@ -24,7 +24,9 @@ fn report(window: &mut Window, folder: &std::path::Path) -> String {
 #[test]
 fn a_report_has_the_figures_of_the_window_and_its_reference() {
     let Tiny { mut window, folder } = window(&["mipmap", "accumulation"]);
-    let Verdict::Current(measured) = window.state().engine().verdict(PaneId(1)) else { panic!("they were measured") };
+    let PaneMetrics::Current(measured) = window.state().engine().pane_metrics(PaneId(1)) else {
+        panic!("they were measured")
+    };
     let psnr_db = measured.result.as_ref().expect("they can be compared").psnr_db.expect("they differ");
     let frames = window.state().engine().rendered_frames();
     let html = report(&mut window, folder.path());

@@ -107,10 +107,10 @@ fn each_eye_has_the_size_of_the_picture() {
     let Tiny { mut window, folder: _folder } = tiny(&tiny_files::squares().glb(), &["pinhole"]);
     perform(&mut window, Action::SetSize(PictureSize::Pixels(64, 48)));
     settle(&mut window);
-    let one = picture(&window, 1).0.exposure.size;
+    let one = picture(&window, 1).0.render.size;
     perform(&mut window, Action::SetStereo(Some(defocus::stereo::Layout::Parallel)));
     settle(&mut window);
-    assert_eq!(picture(&window, 1).0.exposure.size, one, "two eyes do not halve it");
+    assert_eq!(picture(&window, 1).0.render.size, one, "two eyes do not halve it");
     assert_eq!(window.state().shown_size(PaneId(1)), Some(uvec2(128, 48)));
     let line = defocus_app::window::command_line(window.state().document(), one);
     assert!(line.contains("--size 128x48") && line.contains("--stereo parallel"), "{line}");

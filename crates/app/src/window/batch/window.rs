@@ -3,7 +3,7 @@
 use super::run::{Outcome, run};
 use crate::window::App;
 use crate::window::action::Action;
-use crate::window::engine::{Exposure, Identity};
+use crate::window::engine::{Identity, RenderRequest};
 use crate::window::model::{BatchRow, Edit, MethodChoice, Numbers};
 use crate::window::tasks::Task;
 use crate::window::ui::panels::{BatchAction, BatchCells, BatchView, batch_panel};
@@ -53,8 +53,8 @@ impl App {
 
     /// What an outcome of a row depends on, as everything is now.
     fn batch_key(&self, row: &BatchRow) -> Key {
-        let exposure = Exposure::of(&self.document, self.eye_size_px(), row.lens(&self.document.lens));
-        let of = Identity { world: self.engine.world(), method: row.method.clone(), exposure, samples: None };
+        let render = RenderRequest::of(&self.document, self.eye_size_px(), row.lens(&self.document.lens));
+        let of = Identity { world: self.engine.world(), method: row.method.clone(), render, samples: None };
         Key { of, display: self.document.display, viewing: self.document.viewing() }
     }
 

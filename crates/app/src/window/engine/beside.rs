@@ -37,20 +37,20 @@ impl Engine {
     pub(super) fn send_out(&mut self, id: PaneId, request: &Request) {
         let (Some(source), Some(pane)) = (&self.source, self.panes.get_mut(&id)) else { return };
         let (world, method) = (self.world, pane.state.method.clone());
-        let identity = Identity { world, method, exposure: request.exposure.clone(), samples: None };
+        let identity = Identity { world, method, render: request.render.clone(), samples: None };
         if pane.errand.as_ref().is_some_and(|errand| errand.identity == identity) {
             return;
         }
         let method: Box<dyn Method> = match identity.method.build() {
             Ok(method) => method,
-            Err(error) => return pane.fail(error, &request.exposure),
+            Err(error) => return pane.fail(error, &request.render),
         };
         self.tickets += 1;
         let subject = Subject {
             world,
             source: source.source().clone(),
             options: source.options(),
-            exposure: request.exposure.clone(),
+            render: request.render.clone(),
         };
         let as_built = is_built_elsewhere(&identity.method, &self.shaders);
         let job = Job { ticket: self.tickets, subject, method, as_built, work: Work::Picture };
@@ -68,9 +68,9 @@ impl Engine {
     pub fn time_passes(&mut self, id: PaneId) {
         let (Some(source), Some(pane), Some(asked)) = (&self.source, self.panes.get(&id), &self.asked) else { return };
         let Ok(method) = pane.state.method.build() else { return };
-        let (world, exposure) = (self.world, asked.exposure.clone());
-        let identity = Identity { world, method: pane.state.method.clone(), exposure: exposure.clone(), samples: None };
-        let subject = Subject { world, source: source.source().clone(), options: source.options(), exposure };
+        let (world, render) = (self.world, asked.render.clone());
+        let identity = Identity { world, method: pane.state.method.clone(), render: render.clone(), samples: None };
+        let subject = Subject { world, source: source.source().clone(), options: source.options(), render };
         self.tickets += 1;
         let lane = started(&mut self.lane, &self.gpu, &self.wake, &self.shaders);
         if let Some(PassTimes { ticket, times: None, .. }) = &self.pass_times {
@@ -85,15 +85,15 @@ impl Engine {
     /// is or was; [`Engine::kernel`] has it once it is there.
     pub fn measure_kernel(&mut self, id: PaneId, choice: KernelChoice) {
         let (Some(source), Some(pane), Some(asked)) = (&self.source, self.panes.get(&id), &self.asked) else { return };
-        let exposure = asked.exposure.clone();
-        let (world, aperture) = (self.world, exposure.lens.aperture.clone());
+        let render = asked.render.clone();
+        let (world, aperture) = (self.world, render.lens.aperture.clone());
         let of = KernelOf { world, method: pane.state.method.clone(), aperture, choice };
         if self.kernel.as_ref().is_some_and(|known| known.of == of) {
             return;
         }
         let Ok(method) = of.method.build() else { return };
         self.tickets += 1;
-        let subject = Subject { world, source: source.source().clone(), options: source.options(), exposure };
+        let subject = Subject { world, source: source.source().clone(), options: source.options(), render };
         let as_built = is_built_elsewhere(&of.method, &self.shaders);
         let lane = started(&mut self.lane, &self.gpu, &self.wake, &self.shaders);
         if let Some(before) = &self.kernel {
@@ -119,10 +119,10 @@ impl Engine {
         let world = self.world;
         for (id, pane) in &mut self.panes {
             let is_wanted = |errand: &Errand| {
-                let Identity { exposure, method, .. } = &errand.identity;
+                let Identity { render, method, .. } = &errand.identity;
                 needed.contains(id)
                     && errand.identity.world == world
-                    && *exposure == request.exposure
+                    && *render == request.render
                     && *method == pane.state.method
             };
             if let Some(errand) = pane.errand.take_if(|errand| !is_wanted(errand)) {
@@ -170,7 +170,7 @@ impl Engine {
                 Told::Times(_) | Told::Kernel(_) => {}
                 Told::Failed(error) => {
                     if let Some(errand) = pane.errand.take() {
-                        pane.fail(error, &errand.identity.exposure);
+                        pane.fail(error, &errand.identity.render);
                     }
                 }
             }
@@ -182,7 +182,7 @@ impl Engine {
     pub fn wanted_truth(&self) -> Option<Identity> {
         let asked = self.asked.as_ref()?;
         let method = self.panes.get(&asked.reference?)?.state.method.clone();
-        Some(Identity { world: self.world, method, exposure: asked.exposure.clone(), samples: None })
+        Some(Identity { world: self.world, method, render: asked.render.clone(), samples: None })
     }
 
     /// The finished picture of the pane that shows the truth, or converges to it unseen.
@@ -193,7 +193,7 @@ impl Engine {
     pub fn truth(&self, of: &Identity) -> Option<Result<Truth, (u32, u32)>> {
         let asked = self.asked.as_ref()?;
         let pane = self.panes.get(&asked.reference?)?;
-        let is_asked = of.world == self.world && of.method == pane.state.method && of.exposure == asked.exposure;
+        let is_asked = of.world == self.world && of.method == pane.state.method && of.render == asked.render;
         if !is_asked || pane.error.is_some() {
             return None;
         }
@@ -204,7 +204,7 @@ impl Engine {
         match done.identity.samples {
             // Without blur it is the pinhole image.
             Some(samples) if samples < goal => Some(Err(pane.progress().unwrap_or((samples, goal)))),
-            samples => Some(Ok(self.truth_of(pane, done, samples, asked.development.display))),
+            samples => Some(Ok(self.truth_of(pane, done, samples, asked.display_settings.display))),
         }
     }
 
@@ -238,7 +238,7 @@ impl Pane {
         let Drawn { color, samples, is_done, ms } = drawn;
         let identity = Identity { samples, ..identity };
         self.learn(1, ms, ms, blur_px);
-        self.made_for = Some(identity.exposure.clone());
+        self.made_for = Some(identity.render.clone());
         (self.revision, self.divisor, self.error) = (revision, 1, None);
         self.finished = samples.zip(progress.map(|(_, goal)| goal));
         let is_worth = is_done || samples.is_none_or(|n| n >= LEAST_SAMPLES && n.is_power_of_two());

@@ -40,7 +40,7 @@ pub struct Measured {
 
 /// What is known of a pane's differences from the truth.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Verdict<'a> {
+pub enum PaneMetrics<'a> {
     /// There is no truth, and none is asked for.
     Unasked,
     /// Nothing was measured yet.
@@ -62,12 +62,12 @@ struct ErrorMap {
 
 /// What was measured of a pane last.
 #[derive(Default)]
-pub(super) struct Judged {
+pub(super) struct PaneResults {
     figures: Option<Measured>,
     map: Option<ErrorMap>,
 }
 
-impl Judged {
+impl PaneResults {
     /// The last figures.
     pub fn last(&self) -> Option<&Measured> {
         self.figures.as_ref()
@@ -122,29 +122,29 @@ struct Job {
 
 /// Compares two pictures at a time.
 #[derive(Default)]
-pub(super) struct Judge {
+pub(super) struct MetricsWorker {
     job: Option<Job>,
     answered: u64,
 }
 
-impl Judge {
+impl MetricsWorker {
     pub fn is_busy(&self) -> bool {
         self.job.is_some()
     }
 
     /// Starts a comparison unless `judged` has it already; true if something is to be
     /// waited for.
-    pub fn judge(
+    pub fn measure(
         &mut self,
         gpu: &Gpu,
         wake: &Wake,
-        (pane, judged): (PaneId, &Judged),
+        (pane, results): (PaneId, &PaneResults),
         (picture, truth): (&Milestone, &Milestone),
         (display, viewing): (Display, Viewing),
         purpose: Purpose,
     ) -> bool {
         let pair = Pairing { picture: picture.identity.clone(), truth: truth.identity.clone(), display, viewing };
-        if judged.has(&pair, purpose) || picture.texture.size() != truth.texture.size() {
+        if results.has(&pair, purpose) || picture.texture.size() != truth.texture.size() {
             return false;
         }
         if self.job.is_none() {
@@ -164,7 +164,7 @@ impl Judge {
 
     /// Hands the answer that has arrived to its pane, which `find` finds; true if there was
     /// one.
-    pub fn poll<'p>(&mut self, gpu: &Gpu, find: impl FnOnce(PaneId) -> Option<&'p mut Judged>) -> bool {
+    pub fn poll<'p>(&mut self, gpu: &Gpu, find: impl FnOnce(PaneId) -> Option<&'p mut PaneResults>) -> bool {
         let Some(job) = &self.job else { return false };
         let answer = match job.answer.try_recv() {
             Err(TryRecvError::Empty) => return false,
@@ -173,16 +173,16 @@ impl Judge {
         };
         let Some(Job { pane, pair, .. }) = self.job.take() else { return false };
         self.answered += 1;
-        let Some(judged) = find(pane) else { return true };
+        let Some(results) = find(pane) else { return true };
         match answer {
-            Some(Answer::Figures(result)) => judged.figures = Some(Measured { of: pair, result }),
+            Some(Answer::Figures(result)) => results.figures = Some(Measured { of: pair, result }),
             Some(Answer::Map(kind, map)) => {
                 let map = map.map(|map| upload_scalar(gpu, "difference", &map));
-                judged.map = Some(ErrorMap { of: pair, kind, revision: self.answered, map });
+                results.map = Some(ErrorMap { of: pair, kind, revision: self.answered, map });
             }
             None => {
                 let result = Err("the comparison stopped unexpectedly; change something to try again".into());
-                judged.figures = Some(Measured { of: pair, result });
+                results.figures = Some(Measured { of: pair, result });
             }
         }
         true

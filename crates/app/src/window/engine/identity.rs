@@ -1,7 +1,7 @@
 //! What a picture is: plain data by which figures, differences and reports are held to the
 //! pictures that they are about.
 
-use super::request::Exposure;
+use super::request::RenderRequest;
 use crate::window::model::MethodChoice;
 use crate::window::model::numbers::significant;
 use defocus::display::Display;
@@ -16,7 +16,7 @@ pub struct Identity {
     /// The method with its parameters.
     pub method: MethodChoice,
     /// View, size and lens.
-    pub exposure: Exposure,
+    pub render: RenderRequest,
     /// Lens points, of a picture that converges.
     pub samples: Option<u32>,
 }
@@ -37,12 +37,12 @@ pub struct Pairing {
 impl Identity {
     /// The same but for the lens points.
     pub(super) fn is_of(&self, other: &Self) -> bool {
-        self.world == other.world && self.method == other.method && self.exposure == other.exposure
+        self.world == other.world && self.method == other.method && self.render == other.render
     }
 
     /// In what this picture differs from `now`, in words that say what it is of.
     fn departures(&self, now: &Self) -> Vec<String> {
-        let (was, is) = (&self.exposure, &now.exposure);
+        let (was, is) = (&self.render, &now.render);
         let mut departures = Vec::new();
         if self.world != now.world {
             departures.push("another scene or shader".to_owned());
@@ -118,9 +118,9 @@ mod tests {
     use glam::uvec2;
 
     fn identity() -> Identity {
-        let exposure =
-            Exposure { camera: None, size: uvec2(64, 48), overscan_px: 0, lens: Lens::PINHOLE, draft: false };
-        Identity { world: 1, method: MethodChoice::new("mipmap"), exposure, samples: None }
+        let render =
+            RenderRequest { camera: None, size: uvec2(64, 48), overscan_px: 0, lens: Lens::PINHOLE, draft: false };
+        Identity { world: 1, method: MethodChoice::new("mipmap"), render, samples: None }
     }
 
     #[test]
@@ -141,10 +141,10 @@ mod tests {
             changed.departures(&now).join(", ")
         };
         assert_eq!(with(&|p| p.picture.method.id = "pinhole".into()), "Pinhole");
-        assert_eq!(with(&|p| p.picture.exposure.size.x = 32), "32 x 48 px");
-        assert_eq!(with(&|p| p.picture.exposure.lens = lens(1.5, 4.0)), "focus 1.5 m, E 4 mm");
+        assert_eq!(with(&|p| p.picture.render.size.x = 32), "32 x 48 px");
+        assert_eq!(with(&|p| p.picture.render.lens = lens(1.5, 4.0)), "focus 1.5 m, E 4 mm");
         assert_eq!(with(&|p| p.picture.world = 2), "another scene or shader");
-        assert_eq!(with(&|p| p.truth.exposure.size.x = 32), "a reference of another view");
+        assert_eq!(with(&|p| p.truth.render.size.x = 32), "a reference of another view");
         assert_eq!(with(&|p| p.truth.method.id = "pinhole".into()), "another reference");
         assert_eq!(with(&|p| p.display.exposure_ev = 1.0), "another exposure or tone map");
         assert!(with(&|p| p.viewing.px_per_degree = 25.0).starts_with("25 px per degree"));

@@ -3,7 +3,7 @@
 
 use super::Wake;
 use super::progress::{Progressive, passed_power_of_two, progressive};
-use super::request::Exposure;
+use super::request::RenderRequest;
 use super::views::{Views, Which};
 use crate::window::model::KernelChoice;
 use defocus::gpu::{Frame, Gpu, PassTime, Texture, download};
@@ -32,7 +32,7 @@ pub(super) struct Subject {
     pub world: u64,
     pub source: Source,
     pub options: SurfaceOptions,
-    pub exposure: Exposure,
+    pub render: RenderRequest,
 }
 
 /// A picture to be drawn.
@@ -154,7 +154,7 @@ struct Bench {
 struct Running {
     ticket: u64,
     as_built: bool,
-    exposure: Exposure,
+    render: RenderRequest,
     progressive: Progressive,
     prefix: String,
     steps: Steps,
@@ -235,7 +235,7 @@ impl Worker {
     fn measure(&mut self, job: &Job, choice: KernelChoice) -> Result<Option<Psf>, String> {
         let wanted = self.wanted.clone();
         let gpu = self.bench(job.as_built)?.gpu.clone();
-        let lens = Lens { aperture: job.subject.exposure.lens.aperture.clone(), ..Lens::PINHOLE };
+        let lens = Lens { aperture: job.subject.render.lens.aperture.clone(), ..Lens::PINHOLE };
         let mut progress = |_: defocus_study::Step<'_>| match wanted.lock() {
             Ok(wanted) if !wanted.contains(&job.ticket) => ControlFlow::Break(()),
             _ => ControlFlow::Continue(()),
@@ -250,7 +250,7 @@ impl Worker {
 
     /// Times the passes of a picture.
     fn time(&mut self, job: &Job, timed_runs: u32) -> Result<Vec<PassTime>, String> {
-        let lens = &job.subject.exposure.lens;
+        let lens = &job.subject.render.lens;
         let (gpu, view) = self.bench(job.as_built)?.view(&job.subject)?;
         let mut frame = gpu.frame();
         view.pinhole(&mut frame);
@@ -271,7 +271,7 @@ impl Worker {
 
     /// Draws a picture; `None` of one that converges, which is begun.
     fn draw(&mut self, job: &Job) -> Result<Option<Drawn>, String> {
-        let lens = &job.subject.exposure.lens;
+        let lens = &job.subject.render.lens;
         let (gpu, view) = self.bench(job.as_built)?.view(&job.subject)?;
         // The pinhole image before all else: no method's time has it.
         let mut frame = gpu.frame();
@@ -283,7 +283,7 @@ impl Worker {
             self.runs.push(Running {
                 ticket: job.ticket,
                 as_built: job.as_built,
-                exposure: job.subject.exposure.clone(),
+                render: job.subject.render.clone(),
                 progressive,
                 prefix: format!("{}/", job.method.about().id),
                 steps: Steps::default(),
@@ -308,7 +308,7 @@ impl Worker {
         let Some(bench) = bench else { return };
         let ticket = run.ticket;
         let gpu = bench.gpu.clone();
-        let result = match bench.views.of(&run.exposure) {
+        let result = match bench.views.of(&run.render) {
             Some(view) => run.step(&gpu, view),
             None => Err("the view of a picture that converges is gone; change something to start it again".into()),
         };
@@ -348,8 +348,8 @@ impl Bench {
                 self.subject.insert((subject.world, subject.source.upload(&self.gpu, subject.options)))
             }
         };
-        self.views.prepare(source, &subject.exposure, Which::Full).map_err(|e| e.to_string())?;
-        let view = self.views.of(&subject.exposure).ok_or("the view cannot be made; change something to try again")?;
+        self.views.prepare(source, &subject.render, Which::Full).map_err(|e| e.to_string())?;
+        let view = self.views.of(&subject.render).ok_or("the view cannot be made; change something to try again")?;
         Ok((self.gpu.clone(), view))
     }
 }
@@ -363,7 +363,7 @@ impl Running {
         let views = self.steps.next(*samples - before);
         let mut frame: Frame<'_> = gpu.frame();
         frame.set_prefix(self.prefix.clone());
-        run.advance(&mut frame, view, &self.exposure.lens, views).map_err(|e| e.to_string())?;
+        run.advance(&mut frame, view, &self.render.lens, views).map_err(|e| e.to_string())?;
         let count = run.count();
         let is_done = count >= *samples;
         let is_worth = is_done || passed_power_of_two(self.shown, count) || self.shown_at.elapsed() >= SHOWN_EVERY;

@@ -3,6 +3,7 @@
 
 mod activity;
 mod beside;
+mod device_errors;
 mod errand;
 mod figures;
 mod flight;
@@ -24,7 +25,6 @@ mod request;
 mod schedule;
 mod story;
 mod tempo;
-mod troubles;
 mod values;
 mod views;
 mod wake;
@@ -32,7 +32,7 @@ mod warm;
 
 pub use activity::Activity;
 pub use errand::PassTimes;
-pub use figures::{Figures, Measured, Verdict};
+pub use figures::{Figures, Measured, PaneMetrics};
 pub(super) use history::FRAMES_KEPT;
 pub use history::{History, Quantiles};
 pub use identity::{Identity, Pairing};
@@ -41,7 +41,7 @@ pub use pane::Pane;
 pub use reading::Reading;
 pub(super) use reading::channel_of;
 pub use renderer::Engine;
-pub use request::{Development, Exposure, Request};
+pub use request::{DisplaySettings, RenderRequest, Request};
 pub use story::{Story, StoryLine};
 pub use tempo::{DISPLAY_INTERVAL_MS, Tempo};
 pub use wake::Wake;

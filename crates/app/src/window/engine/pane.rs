@@ -1,14 +1,14 @@
 //! One pane's pictures: the method's own, and what is seen of it.
 
 use super::errand::Errand;
-use super::figures::Judged;
 use super::figures::MapKind;
+use super::figures::PaneResults;
 use super::identity::{Identity, Pairing};
 use super::milestone::Milestone;
 use super::pace::{Pace, Workload};
 use super::progress::{Progressive, passed_power_of_two, progressive};
 use super::reading::{Reading, channel_of};
-use super::request::{Development, Exposure, Request};
+use super::request::{DisplaySettings, RenderRequest, Request};
 use super::warm::{FrameTime, WarmTimes};
 use crate::window::model::{DifferenceKind, Inside, MethodChoice, PaneId, PaneState, Show};
 use defocus::combine;
@@ -27,7 +27,7 @@ pub(super) const LEAST_SAMPLES: u32 = 8;
 pub struct Pane {
     pub(super) state: PaneState,
     /// What the picture was made for; `None` while it has to be made.
-    pub(super) made_for: Option<Exposure>,
+    pub(super) made_for: Option<RenderRequest>,
     pub(super) linear: Option<Texture>,
     /// What that is.
     pub(super) identity: Option<Identity>,
@@ -61,7 +61,7 @@ pub struct Pane {
     /// Size and margin of the picture whose textures are exposed, px.
     exposed_from: (UVec2, u32),
     pub(super) made_at: Instant,
-    pub(super) judged: Judged,
+    pub(super) results: PaneResults,
 }
 
 /// What is kept of what a method exposes.
@@ -91,7 +91,7 @@ fn explains(method: &MethodChoice) -> &'static [&'static str] {
 struct ShownFor {
     show: Show,
     opacity: f32,
-    development: Development,
+    display_settings: DisplaySettings,
     revision: u64,
     other: Option<u64>,
     map: Option<u64>,
@@ -128,7 +128,7 @@ impl Pane {
             finished: None,
             exposed_from: (UVec2::ZERO, 0),
             made_at: Instant::now(),
-            judged: Judged::default(),
+            results: PaneResults::default(),
         }
     }
 
@@ -292,17 +292,17 @@ impl Pane {
     }
 
     /// Makes the picture anew, `divisor` times smaller than in full.
-    pub(super) fn restart(&mut self, exposure: &Exposure, divisor: u32) {
-        self.made_for = Some(exposure.clone());
+    pub(super) fn restart(&mut self, render: &RenderRequest, divisor: u32) {
+        self.made_for = Some(render.clone());
         self.made_at = Instant::now();
         self.divisor = divisor;
         (self.run, self.error, self.finished) = (None, None, None);
         (self.milestone, self.earlier) = (None, None);
     }
 
-    /// There is no picture of `exposure`, for a reason.
-    pub(super) fn fail(&mut self, error: String, exposure: &Exposure) {
-        self.made_for = Some(exposure.clone());
+    /// There is no picture for `render`, for a reason.
+    pub(super) fn fail(&mut self, error: String, render: &RenderRequest) {
+        self.made_for = Some(render.clone());
         self.error = Some(error);
         (self.linear, self.identity, self.run) = (None, None, None);
     }
@@ -312,14 +312,13 @@ impl Pane {
         &mut self,
         frame: &mut Frame<'_>,
         view: &mut View,
-        exposure: &Exposure,
+        render: &RenderRequest,
         views: u32,
         (revision, world): (u64, u64),
     ) -> Result<(), String> {
-        let lens = &exposure.lens;
+        let lens = &render.lens;
         self.revision = revision;
-        let identity =
-            |samples| Identity { world, method: self.state.method.clone(), exposure: exposure.clone(), samples };
+        let identity = |samples| Identity { world, method: self.state.method.clone(), render: render.clone(), samples };
         if self.run.is_none() {
             let method = self.state.method.build()?;
             match progressive(method.as_ref(), frame, view, lens) {
@@ -364,7 +363,7 @@ impl Pane {
         ShownFor {
             show: self.state.show.clone(),
             opacity: self.state.opacity,
-            development: request.development,
+            display_settings: request.display_settings,
             revision: self.revision,
             other: other.map(|o| o.revision),
             map: self.map(request, other).map(|(_, revision)| revision),
@@ -376,8 +375,8 @@ impl Pane {
     fn map(&self, request: &Request, other: Option<&Milestone>) -> Option<(&Texture, u64)> {
         let (_, kind) = self.wants_map_against()?;
         let (picture, truth) = (self.milestone.as_ref()?.identity.clone(), other?.identity.clone());
-        let Development { display, viewing, .. } = request.development;
-        self.judged.map_of(&Pairing { picture, truth, display, viewing }, kind)
+        let DisplaySettings { display, viewing, .. } = request.display_settings;
+        self.results.map_of(&Pairing { picture, truth, display, viewing }, kind)
     }
 
     /// Whether what is seen is out of date.
@@ -401,10 +400,10 @@ impl Pane {
         let wanted = self.wanted(request, other, view.is_some());
         frame.set_prefix("present/");
         // Lengths in pixels shrink with the picture.
-        let development = request.development.coarser(self.divisor);
-        let Development { display, channel, acceptable_coc_px, coc_scale_px, viewing: _ } = development;
+        let display_settings = request.display_settings.coarser(self.divisor);
+        let DisplaySettings { display, channel, acceptable_coc_px, coc_scale_px, viewing: _ } = display_settings;
         // The lens of the picture, not the one asked for meanwhile: they belong together.
-        let lens = self.made_for.as_ref().map_or(&request.exposure.lens, |e| &e.lens).clone();
+        let lens = self.made_for.as_ref().map_or(&request.render.lens, |e| &e.lens).clone();
         let mut overlay = |overlay| {
             // While the view changes, a pane waits for its new picture.
             let view = view.as_deref_mut().filter(|view| linear.size() == view.size())?;
@@ -467,8 +466,8 @@ impl Pane {
     /// Whether another picture is of the same view through the same lens: only then does a
     /// difference tell something about the methods.
     fn is_beside(&self, other: &Milestone) -> bool {
-        let own = self.identity.as_ref().map(|own| (own.world, &own.exposure));
-        own == Some((other.identity.world, &other.identity.exposure))
+        let own = self.identity.as_ref().map(|own| (own.world, &own.render));
+        own == Some((other.identity.world, &other.identity.render))
     }
 
     /// The picture that another pane's difference of that kind is taken from.

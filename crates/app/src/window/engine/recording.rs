@@ -33,7 +33,7 @@ impl Engine {
         divisors.dedup();
         for divisor in divisors {
             // The pinhole image before all others: no method's time has it.
-            if let Some(view) = self.views.of(&request.exposure.coarser(divisor)) {
+            if let Some(view) = self.views.of(&request.render.coarser(divisor)) {
                 frame.set_prefix("view/");
                 view.pinhole(&mut frame);
                 view.z_bounds(&mut frame);
@@ -64,10 +64,10 @@ impl Engine {
         divisor: u32,
         views: u32,
     ) -> Option<Part> {
-        let exposure = request.exposure.coarser(divisor);
-        let (view, pane) = (self.views.of(&exposure)?, self.panes.get_mut(&id)?);
-        if pane.made_for.as_ref() != Some(&exposure) {
-            pane.restart(&exposure, divisor);
+        let render = request.render.coarser(divisor);
+        let (view, pane) = (self.views.of(&render)?, self.panes.get_mut(&id)?);
+        if pane.made_for.as_ref() != Some(&render) {
+            pane.restart(&render, divisor);
         }
         self.revisions += 1;
         let stamp = (self.revisions, self.world);
@@ -76,8 +76,8 @@ impl Engine {
         if pane.wants_intermediates() {
             frame.keep_intermediates();
         }
-        if let Err(error) = pane.record(frame, view, &exposure, views, stamp) {
-            pane.fail(error, &exposure);
+        if let Err(error) = pane.record(frame, view, &render, views, stamp) {
+            pane.fail(error, &render);
         }
         pane.keep_of(frame.take_intermediates(), view.size(), view.overscan_px());
         let views = pane.progress().map_or(0, |(count, _)| count.saturating_sub(counted));

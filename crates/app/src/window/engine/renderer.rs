@@ -1,17 +1,17 @@
 //! The engine itself: what it holds, and what it tells of it.
 
 use super::activity::Activity;
+use super::device_errors::DeviceErrors;
 use super::errand::PassTimes;
-use super::figures::{Judge, Verdict};
+use super::figures::{MetricsWorker, PaneMetrics};
 use super::flight::InFlight;
 use super::history::History;
 use super::identity::{Identity, Pairing};
 use super::kernel::Kernel;
 use super::lane::Lane;
 use super::pane::Pane;
-use super::request::{Development, Request};
+use super::request::{DisplaySettings, Request};
 use super::tempo::{STEP_BUDGET_MS, Tempo};
-use super::troubles::Troubles;
 use super::views::Views;
 use super::wake::Wake;
 use crate::window::model::PaneId;
@@ -59,12 +59,12 @@ pub struct Engine {
     pub(super) held: bool,
     pub(super) depths_m: Option<Vec<f32>>,
     pub(super) colors: HashMap<PaneId, (u64, Arc<ColorImage>)>,
-    pub(super) judge: Judge,
-    pub(super) unjudged: bool,
+    pub(super) metrics_worker: MetricsWorker,
+    pub(super) unmeasured: bool,
     pub(super) changed_at: Instant,
     pub(super) rendered_frames: u64,
     pub(super) stats: FrameStats,
-    pub(super) troubles: Troubles,
+    pub(super) device_errors: DeviceErrors,
     /// Times of the last frames.
     pub history: History,
 }
@@ -73,7 +73,7 @@ impl Engine {
     /// An engine with nothing to show yet.
     pub fn new(gpu: Gpu) -> Self {
         Self {
-            troubles: Troubles::watch(gpu.device()),
+            device_errors: DeviceErrors::watch(gpu.device()),
             gpu,
             source: None,
             views: Views::default(),
@@ -97,8 +97,8 @@ impl Engine {
             held: false,
             depths_m: None,
             colors: HashMap::new(),
-            judge: Judge::default(),
-            unjudged: false,
+            metrics_worker: MetricsWorker::default(),
+            unmeasured: false,
             changed_at: Instant::now(),
             rendered_frames: 0,
             stats: FrameStats::default(),
@@ -196,23 +196,23 @@ impl Engine {
     }
 
     /// How far a pane's picture is from the truth, as far as that is known.
-    pub fn verdict(&self, id: PaneId) -> Verdict<'_> {
-        let (Some(pane), Some(asked)) = (self.panes.get(&id), &self.asked) else { return Verdict::Unasked };
+    pub fn pane_metrics(&self, id: PaneId) -> PaneMetrics<'_> {
+        let (Some(pane), Some(asked)) = (self.panes.get(&id), &self.asked) else { return PaneMetrics::Unasked };
         // An image with depth has no truth, whatever is asked for.
         let is_there = |truth: &PaneId| *truth != id && self.panes.get(truth).is_none_or(|pane| pane.error.is_none());
-        let Some(truth) = asked.reference.filter(is_there) else { return Verdict::Unasked };
-        let (Some(last), Some(now)) = (pane.judged.last(), self.pair(asked, id, truth)) else {
-            return Verdict::Pending;
+        let Some(truth) = asked.reference.filter(is_there) else { return PaneMetrics::Unasked };
+        let (Some(last), Some(now)) = (pane.results.last(), self.pair(asked, id, truth)) else {
+            return PaneMetrics::Pending;
         };
         if pane.error.is_some() {
-            return Verdict::Pending;
+            return PaneMetrics::Pending;
         }
         let departures = last.of.departures(&now);
         match departures.is_empty() {
-            true if pane.identity.as_ref() == Some(&now.picture) => Verdict::Current(last),
+            true if pane.identity.as_ref() == Some(&now.picture) => PaneMetrics::Current(last),
             // What is asked for was measured before, and is not shown yet.
-            true => Verdict::Pending,
-            false => Verdict::Outdated(last, departures),
+            true => PaneMetrics::Pending,
+            false => PaneMetrics::Outdated(last, departures),
         }
     }
 
@@ -220,11 +220,11 @@ impl Engine {
     pub(super) fn pair(&self, asked: &Request, id: PaneId, truth: PaneId) -> Option<Pairing> {
         let identity = |id: PaneId, samples| {
             let method = asked.pane(id)?.method.clone();
-            Some(Identity { world: self.world, method, exposure: asked.exposure.clone(), samples })
+            Some(Identity { world: self.world, method, render: asked.render.clone(), samples })
         };
         let samples = |id: PaneId| self.panes.get(&id)?.identity.as_ref()?.samples;
         let (picture, truth) = (identity(id, samples(id))?, identity(truth, samples(truth))?);
-        let Development { display, viewing, .. } = asked.development;
+        let DisplaySettings { display, viewing, .. } = asked.display_settings;
         Some(Pairing { picture, truth, display, viewing })
     }
 
@@ -241,7 +241,7 @@ impl Engine {
     /// Size of the picture, px; the shape of an image is its own.
     pub fn size(&self) -> Option<UVec2> {
         let asked = self.asked.as_ref()?;
-        Some(self.source.as_ref()?.source().fitted_size(asked.exposure.size))
+        Some(self.source.as_ref()?.source().fitted_size(asked.render.size))
     }
 
     /// Frames submitted to the GPU since the start: it stands still while nothing changes.
@@ -256,12 +256,12 @@ impl Engine {
 
     /// Whether the graphics device is gone: nothing is drawn or read back any more.
     pub fn is_lost(&self) -> bool {
-        self.troubles.is_lost()
+        self.device_errors.is_lost()
     }
 
     /// What the driver complained about since the last call.
-    pub fn take_troubles(&mut self) -> Vec<String> {
-        self.troubles.take()
+    pub fn take_device_errors(&mut self) -> Vec<String> {
+        self.device_errors.take()
     }
 
     /// When [`Engine::update`] should be called again although nothing was changed: soon
@@ -273,8 +273,8 @@ impl Engine {
             // Soon enough to keep a GPU busy with a converging reference.
             true => Some(Duration::from_millis(4)),
             // What these have wakes the interface; this is for where that fails.
-            false if self.judge.is_busy() || self.is_drawing_beside() => Some(WAKEN),
-            false if self.unjudged => Some(self.tempo.rest.min(WAKEN)),
+            false if self.metrics_worker.is_busy() || self.is_drawing_beside() => Some(WAKEN),
+            false if self.unmeasured => Some(self.tempo.rest.min(WAKEN)),
             false => None,
         }
     }

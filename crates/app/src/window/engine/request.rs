@@ -10,7 +10,7 @@ use glam::UVec2;
 
 /// Everything that a picture depends on, the method aside.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Exposure {
+pub struct RenderRequest {
     /// Where the scene is seen from; ignored for an image.
     pub camera: Option<Camera>,
     /// Size to render, px.
@@ -23,7 +23,7 @@ pub struct Exposure {
     pub draft: bool,
 }
 
-impl Exposure {
+impl RenderRequest {
     /// What `document` asks for in a picture of `size` px through `lens`.
     pub fn of(document: &Document, size: UVec2, lens: Lens) -> Self {
         Self {
@@ -55,7 +55,7 @@ impl Exposure {
 
 /// How pictures are turned into what is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Development {
+pub struct DisplaySettings {
     /// Exposure and tone map.
     pub display: Display,
     /// Under what angle and in what light differences are judged.
@@ -68,7 +68,7 @@ pub struct Development {
     pub coc_scale_px: f32,
 }
 
-impl Development {
+impl DisplaySettings {
     /// The same for a picture that is `divisor` times smaller.
     pub(super) fn coarser(&self, divisor: u32) -> Self {
         let scale = 1.0 / divisor.max(1) as f32;
@@ -80,9 +80,9 @@ impl Development {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Request {
     /// What is pictured, and how.
-    pub exposure: Exposure,
+    pub render: RenderRequest,
     /// How it is shown.
-    pub development: Development,
+    pub display_settings: DisplaySettings,
     /// The panes.
     pub panes: Vec<PaneState>,
     /// Those on the screen.
@@ -113,8 +113,8 @@ impl Request {
             reference = Some(PaneId::HIDDEN);
         }
         Self {
-            exposure: Exposure::of(document, size, document.lens.clone()),
-            development: Development {
+            render: RenderRequest::of(document, size, document.lens.clone()),
+            display_settings: DisplaySettings {
                 display: document.display,
                 viewing: document.viewing(),
                 channel: document.channel,

@@ -53,14 +53,14 @@ impl Engine {
         self.poll();
         let answered = self.take_answers() | self.take_from_beside();
         self.asked = Some(request.clone());
-        if self.source.is_none() || self.troubles.is_lost() {
+        if self.source.is_none() || self.device_errors.is_lost() {
             self.waiting.clear();
             return Ok(answered);
         }
-        request.exposure.lens.check()?;
+        request.render.lens.check()?;
         let needed = self.follow(request);
         self.call_back(request, &needed);
-        self.blur_px = self.mean_blur_px(&request.exposure.lens);
+        self.blur_px = self.mean_blur_px(&request.render.lens);
         let plans: Vec<(PaneId, Plan)> = needed.iter().filter_map(|id| Some((*id, self.plan(*id, request)?))).collect();
         let divisor = self.prepare_views(request, &plans)?;
         let mut drawn_here = Vec::new();
@@ -78,7 +78,7 @@ impl Engine {
             true => needed.iter().copied().filter(|id| self.panes[id].is_converging()).collect(),
             false => Vec::new(),
         };
-        self.judge(request);
+        self.measure_panes(request);
         if chosen.is_empty() && converging.is_empty() && !self.wants_presenting(request) {
             return Ok(answered);
         }
@@ -98,7 +98,7 @@ impl Engine {
     fn plan(&mut self, id: PaneId, request: &Request) -> Option<Plan> {
         let (limits, blur_px) = (self.limits(), self.blur_px);
         let pane = self.panes.get_mut(&id)?;
-        if pane.made_for.as_ref() == Some(&request.exposure) {
+        if pane.made_for.as_ref() == Some(&request.render) {
             return None;
         }
         if is_built_elsewhere(&pane.state.method, &self.shaders) {
@@ -108,7 +108,7 @@ impl Engine {
         if !pane.pace.is_slow(blur_px, limits) {
             return Some(Plan::Here(1));
         }
-        let is_there = pane.made_for.is_some() && pane.made_for == Some(request.exposure.coarser(pane.divisor));
+        let is_there = pane.made_for.is_some() && pane.made_for == Some(request.render.coarser(pane.divisor));
         match is_there {
             false => Some(Plan::Here(pane.pace.divisor(blur_px, limits))),
             // Its textures are not brought from beside: they stay those of the smaller picture.
@@ -128,10 +128,10 @@ impl Engine {
         let coarsest = divisors.clone().max().unwrap_or(1);
         let mut is_elsewhere = false;
         if !request.is_moving || divisors.clone().any(|divisor| divisor == 1) {
-            is_elsewhere |= self.views.prepare(source, &request.exposure, Which::Full)?;
+            is_elsewhere |= self.views.prepare(source, &request.render, Which::Full)?;
         }
         if coarsest > 1 {
-            is_elsewhere |= self.views.prepare(source, &request.exposure.coarser(coarsest), Which::Coarse)?;
+            is_elsewhere |= self.views.prepare(source, &request.render.coarser(coarsest), Which::Coarse)?;
         }
         if !request.is_moving && coarsest == 1 && self.panes.values().all(|pane| pane.divisor == 1) {
             self.views.forget_coarse();
@@ -158,7 +158,7 @@ impl Engine {
         for state in &request.panes {
             let told = Told { explained: request.explain, everything: request.story == Some(state.id) };
             let pane = self.panes.entry(state.id).or_insert_with(|| Pane::new(state));
-            pane.follow(state, told, request.exposure.size);
+            pane.follow(state, told, request.render.size);
         }
         for (id, pane) in &mut self.panes {
             // What is not needed does not go on converging.

@@ -19,7 +19,7 @@ impl Engine {
     /// Depth, metres, at a point of the picture given from (0, 0) top left to (1, 1).
     /// Reads the depth back if that was not done since the view was last drawn.
     pub fn depth_at_m(&mut self, at: DVec2) -> Option<f64> {
-        if self.troubles.is_lost() {
+        if self.device_errors.is_lost() {
             return None;
         }
         let gpu = self.gpu.clone();
@@ -32,7 +32,7 @@ impl Engine {
     /// A regular sample of the depths in view, metres, read back at most once a redraw;
     /// `None` before there is a view, and where nothing is known yet and `read` is false.
     pub fn depths_m(&mut self, read: bool) -> Option<&[f32]> {
-        if self.depths_m.is_none() && read && !self.troubles.is_lost() {
+        if self.depths_m.is_none() && read && !self.device_errors.is_lost() {
             let gpu = self.gpu.clone();
             let depth = self.view()?.depth_m(&gpu);
             let stride = depth.pixels.len().div_ceil(DEPTH_SAMPLES).max(1);
@@ -44,15 +44,15 @@ impl Engine {
     /// The view that is shown, for whoever needs more of it than the depths; a smaller one
     /// while something moves and there is no time for that. `None` once the device is lost.
     pub fn view(&mut self) -> Option<&mut View> {
-        let asked = self.asked.as_ref().filter(|_| !self.troubles.is_lost())?;
-        self.views.where_taken(&asked.exposure)
+        let asked = self.asked.as_ref().filter(|_| !self.device_errors.is_lost())?;
+        self.views.where_taken(&asked.render)
     }
 
     /// A pane's picture, linear, on the CPU: read back at most once for each picture, which
     /// waits for the GPU.
     pub fn color(&mut self, id: PaneId) -> Option<Arc<ColorImage>> {
         let pane = self.panes.get(&id)?;
-        let linear = pane.linear.as_ref().filter(|_| !self.troubles.is_lost())?;
+        let linear = pane.linear.as_ref().filter(|_| !self.device_errors.is_lost())?;
         match self.colors.get(&id) {
             Some((revision, color)) if *revision == pane.revision => Some(color.clone()),
             _ => {

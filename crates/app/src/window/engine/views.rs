@@ -1,6 +1,6 @@
 //! The scene as it is seen in full, and as it is seen smaller while something moves.
 
-use super::request::Exposure;
+use super::request::RenderRequest;
 use defocus::camera::Camera;
 use defocus::view::{View, ViewError};
 use defocus_study::GpuSource;
@@ -15,8 +15,8 @@ struct Seen {
 }
 
 impl Seen {
-    fn is_of(&self, exposure: &Exposure) -> bool {
-        (self.camera, self.size, self.overscan_px) == (exposure.camera, exposure.size, exposure.overscan_px)
+    fn is_of(&self, render: &RenderRequest) -> bool {
+        (self.camera, self.size, self.overscan_px) == (render.camera, render.size, render.overscan_px)
     }
 }
 
@@ -35,17 +35,17 @@ pub(super) enum Which {
 }
 
 impl Views {
-    /// Brings one of them where `exposure` is taken; true if it was elsewhere.
-    pub fn prepare(&mut self, source: &GpuSource, exposure: &Exposure, which: Which) -> Result<bool, ViewError> {
+    /// Brings one of them where `render` asks for; true if it was elsewhere.
+    pub fn prepare(&mut self, source: &GpuSource, render: &RenderRequest, which: Which) -> Result<bool, ViewError> {
         let slot = match which {
             Which::Full => &mut self.full,
             Which::Coarse => &mut self.coarse,
         };
-        if let Some(seen) = slot.as_mut().filter(|seen| seen.is_of(exposure)) {
-            seen.view.set_draft(exposure.draft);
+        if let Some(seen) = slot.as_mut().filter(|seen| seen.is_of(render)) {
+            seen.view.set_draft(render.draft);
             return Ok(false);
         }
-        let Exposure { camera, size, overscan_px, .. } = *exposure;
+        let RenderRequest { camera, size, overscan_px, .. } = *render;
         let known = slot.take().filter(|_| source.source().is_scene());
         let mut view = match known {
             Some(Seen { mut view, .. }) => {
@@ -57,7 +57,7 @@ impl Views {
         if let Some(camera) = camera {
             view.set_camera(camera);
         }
-        view.set_draft(exposure.draft);
+        view.set_draft(render.draft);
         *slot = Some(Seen { view, camera, size, overscan_px });
         Ok(true)
     }
@@ -67,15 +67,15 @@ impl Views {
         self.coarse = None;
     }
 
-    /// The view from which `exposure` is taken, if it is prepared.
-    pub fn of(&mut self, exposure: &Exposure) -> Option<&mut View> {
+    /// The view that `render` asks for, if it is prepared.
+    pub fn of(&mut self, render: &RenderRequest) -> Option<&mut View> {
         let mut both = self.full.iter_mut().chain(&mut self.coarse);
-        both.find(|seen| seen.is_of(exposure)).map(|seen| &mut seen.view)
+        both.find(|seen| seen.is_of(render)).map(|seen| &mut seen.view)
     }
 
-    /// The view from where `exposure` is taken: in full if that is prepared, else smaller.
-    pub fn where_taken(&mut self, exposure: &Exposure) -> Option<&mut View> {
-        let mut both = self.full.iter_mut().filter(|seen| seen.is_of(exposure)).chain(&mut self.coarse);
-        both.find(|seen| seen.camera == exposure.camera).map(|seen| &mut seen.view)
+    /// The view from the camera of `render`: in full if that is prepared, else smaller.
+    pub fn where_taken(&mut self, render: &RenderRequest) -> Option<&mut View> {
+        let mut both = self.full.iter_mut().filter(|seen| seen.is_of(render)).chain(&mut self.coarse);
+        both.find(|seen| seen.camera == render.camera).map(|seen| &mut seen.view)
     }
 }

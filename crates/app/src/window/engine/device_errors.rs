@@ -7,16 +7,16 @@ use std::sync::{Arc, Mutex};
 const MAX_KEPT: usize = 8;
 
 /// Errors that wgpu could not return from the call that caused them.
-pub struct Troubles {
+pub struct DeviceErrors {
     texts: Arc<Mutex<Vec<String>>>,
     lost: Arc<AtomicBool>,
 }
 
-impl Troubles {
+impl DeviceErrors {
     /// Listens to `device` from now on.
     pub fn watch(device: &wgpu::Device) -> Self {
-        let troubles = Self { texts: Arc::default(), lost: Arc::default() };
-        let texts = troubles.texts.clone();
+        let device_errors = Self { texts: Arc::default(), lost: Arc::default() };
+        let texts = device_errors.texts.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             let remedy = match error {
                 wgpu::Error::OutOfMemory { .. } => "make the window smaller or close panes",
@@ -24,14 +24,14 @@ impl Troubles {
             };
             keep(&texts, format!("the graphics driver refused something ({error}): {remedy}"));
         }));
-        let (texts, lost) = (troubles.texts.clone(), troubles.lost.clone());
+        let (texts, lost) = (device_errors.texts.clone(), device_errors.lost.clone());
         device.set_device_lost_callback(move |reason, message| {
             // Also when the window closes, after which nobody asks.
             lost.store(true, Ordering::Release);
             let what = "the graphics device was lost; save the state (Ctrl+S) and start the program again";
             keep(&texts, format!("{what}: {message} ({reason:?})"));
         });
-        troubles
+        device_errors
     }
 
     /// Whether the device is gone.

@@ -3,7 +3,7 @@
 mod common;
 
 use common::gpu;
-use defocus::view::{DepthConvention, ForeignFrame, View};
+use defocus::view::{DepthConvention, ExternalFrame, View};
 use glam::UVec2;
 use wgpu::util::DeviceExt;
 
@@ -28,9 +28,9 @@ fn import(color: &[[f32; 4]], values: &[f32], convention: DepthConvention) -> Vi
     let size = UVec2::new(values.len() as u32, 1);
     let color = texture(size, wgpu::TextureFormat::Rgba32Float, bytemuck::cast_slice(color));
     let depth = texture(size, wgpu::TextureFormat::R32Float, bytemuck::cast_slice(values));
-    let foreign = ForeignFrame { color: &color, depth: &depth, convention, near_m: NEAR_M, fov_y: 0.8 };
+    let external = ExternalFrame { color: &color, depth: &depth, convention, near_m: NEAR_M, fov_y: 0.8 };
     let mut frame = gpu().frame();
-    let view = View::of_foreign(&mut frame, &foreign).unwrap();
+    let view = View::of_external(&mut frame, &external).unwrap();
     frame.finish();
     view
 }
@@ -76,7 +76,7 @@ fn textures_that_do_not_fit_each_other_are_refused() {
     let color = texture(UVec2::new(2, 1), wgpu::TextureFormat::R32Float, &[0; 8]);
     let depth = texture(UVec2::new(1, 1), wgpu::TextureFormat::R32Float, &[0; 4]);
     let convention = DepthConvention::ReversedInfinite;
-    let foreign = ForeignFrame { color: &color, depth: &depth, convention, near_m: NEAR_M, fov_y: 0.8 };
-    let error = View::of_foreign(&mut gpu().frame(), &foreign).err().unwrap();
+    let external = ExternalFrame { color: &color, depth: &depth, convention, near_m: NEAR_M, fov_y: 0.8 };
+    let error = View::of_external(&mut gpu().frame(), &external).err().unwrap();
     assert!(error.to_string().contains("one size"), "{error}");
 }
