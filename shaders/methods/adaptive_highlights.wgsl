@@ -247,10 +247,6 @@ fn covered_by(emitter: Emitter) -> Covered {
     return Covered(vec2u(from_tile), max(sides.x, 1u), sides.x * sides.y);
 }
 
-fn tile_count() -> u32 {
-    return adaptive.inner_tiles.x * adaptive.inner_tiles.y;
-}
-
 /// The index of one of them among all inner tiles.
 fn covered_tile(covered: Covered, i: u32) -> u32 {
     let tile = covered.first + vec2u(i % covered.columns, i / covered.columns);
@@ -261,9 +257,10 @@ fn covered_tile(covered: Covered, i: u32) -> u32 {
 @compute @workgroup_size(64)
 fn count_emitters(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
     let count = min(atomicLoad(&emitter_counts[0]), arrayLength(&emitters));
+    let all_tiles = adaptive.inner_tiles.x * adaptive.inner_tiles.y;
     for (var number = group.x; number < count; number += LISTING) {
         let covered = covered_by(emitters[number]);
-        for (var i = index; i < min(covered.count, tile_count()); i += 64u) {
+        for (var i = index; i < min(covered.count, all_tiles); i += 64u) {
             atomicAdd(&emitter_counts[1u + covered_tile(covered, i)], 1u);
         }
     }
@@ -288,10 +285,11 @@ const LISTING = 1024u;
 @compute @workgroup_size(64)
 fn list_emitters(@builtin(workgroup_id) group: vec3u, @builtin(local_invocation_index) index: u32) {
     let count = min(atomicLoad(&emitter_counts[0]), arrayLength(&emitters));
+    let all_tiles = adaptive.inner_tiles.x * adaptive.inner_tiles.y;
     for (var number = group.x; number < count; number += LISTING) {
         let covered = covered_by(emitters[number]);
         let rank = rank_of(emitters[number]);
-        for (var i = index; i < min(covered.count, tile_count()); i += 64u) {
+        for (var i = index; i < min(covered.count, all_tiles); i += 64u) {
             let tile = covered_tile(covered, i);
             let wanted = atomicLoad(&emitter_counts[1u + tile]);
             let share = FILLED * f32(highlights.capacity) / f32(max(wanted, 1u));
