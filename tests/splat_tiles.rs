@@ -103,8 +103,8 @@ fn tiles_and_sprites_give_the_same_layers_of_an_image() {
 fn tiles_and_sprites_give_the_same_layers_of_spots_that_are_wider_than_the_frame() {
     // From 128 px on the table's cells are larger than pixels. The frame has so many tiles
     // that a software adapter sums them in parts; few of its pixels are not in focus.
-    let size = uvec2(300, 260);
-    let color = Image::from_fn(size, |x, y| vec3(x as f32 / 300.0, y as f32 / 260.0, 0.5));
+    let size = uvec2(160, 140);
+    let color = Image::from_fn(size, |x, y| vec3(x as f32 / 160.0, y as f32 / 140.0, 0.5));
     let depth = Image::from_fn(size, |x, y| match (x % 37 == 5 && y % 29 == 3, (x / 37 + y / 29) % 2) {
         (false, _) => 2.0,
         (true, 0) => 1.0,

@@ -75,10 +75,8 @@ struct Params {
 @group(0) @binding(4) var<storage, read> n_buffer: array<f32>;
 @group(0) @binding(5) var linear_clamp: sampler;
 @group(0) @binding(6) var<storage, read> content: array<vec2u>;
-/// By cell and set.
+/// By cell and set; then for each cell its least and greatest point, with the jitter.
 @group(0) @binding(7) var<storage, read> lens_points: array<vec2f>;
-/// Least and greatest point of each cell, with the jitter.
-@group(0) @binding(14) var<storage, read> cells: array<vec4f>;
 @group(0) @binding(8) var pinhole: texture_2d<f32>;
 @group(0) @binding(9) var result: texture_storage_2d<COLOR_FORMAT, write>;
 @group(0) @binding(10) var slab_base: texture_2d_array<f32>;
@@ -446,6 +444,12 @@ fn find_slab(slab: u32, corner: vec2f) {
     }
 }
 
+/// Least and greatest point of a cell.
+fn cell_of(point: u32) -> vec4f {
+    let first = params.samples * params.sets + 2u * point;
+    return vec4f(lens_points[first], lens_points[first + 1u]);
+}
+
 /// Looks up which of the tile's slabs its rays through the points of cell `point` may hit.
 fn find_slabs(k: u32, point: u32, corner: vec2f) {
     var found = 0u;
@@ -455,7 +459,7 @@ fn find_slabs(k: u32, point: u32, corner: vec2f) {
         left &= left - 1u;
         var empty = 0.0;
         if params.culling != 0u {
-            let z = nearest_met(slab, corner, cells[point]);
+            let z = nearest_met(slab, corner, cell_of(point));
             if z < 0.0 {
                 continue;
             }

@@ -50,7 +50,7 @@ const BUDGETS: &[Budget] = &[
     Budget { method: "pinhole", passes: 1, indirect: 0, draws: [0, 0, 1], mb: 45 },
     Budget { method: "accumulation", passes: 129, indirect: 0, draws: [64, 64, 64], mb: 150 },
     Budget { method: "mipmap", passes: 6, indirect: 0, draws: [0, 0, 1], mb: 99 },
-    Budget { method: "multiview", passes: 6, indirect: 0, draws: [0, 0, 3], mb: 860 },
+    Budget { method: "multiview", passes: 6, indirect: 0, draws: [0, 0, 3], mb: 780 },
     Budget { method: "preblur", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 47 },
     Budget { method: "separable", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 63 },
     Budget { method: "linear", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 64 },

@@ -198,8 +198,8 @@ fn culling_changes_nothing_for_any_set_of_lens_points_and_any_lens() {
     for (what, scene, overscan_px) in [("solid", three_depths(), 0), ("with a sheet", with_sheet, 9)] {
         let mut view = view_of(&scene, overscan_px);
         for (lens, of) in [(&round, "round"), (&elliptic, "elliptic")] {
-            // Few points, more than are looked up at a time, and a number that is no power of two.
-            for (samples, jitter) in [(5, 0), (96, 0), (16, 1), (33, 2)] {
+            // More points than are looked up at a time, and few, which are no power of two.
+            for (samples, jitter) in [(96, 0), (16, 1), (5, 2)] {
                 let method = Multiview { samples, jitter, ..Multiview::default() };
                 let culled = render(&method, &mut view, lens);
                 let whole = render(&Multiview { culling: false, ..method }, &mut view, lens);

@@ -289,7 +289,6 @@ impl Method for Multiview {
             .sampler("linear_clamp", SamplerKind::Linear)
             .buffer("content", &slabs.content)
             .buffer("lens_points", &points.v)
-            .buffer("cells", &points.cells)
             .uniform("environment", &environment)
             .buffer("lights", &lights)
             .texture("pinhole", &seen.color)

@@ -18,10 +18,9 @@ pub(super) struct PointSets {
 
 /// Lens points of all sets, and how far apart they lie.
 pub(super) struct LensPoints {
-    /// By cell and set: point k of every set lies in cell k of the lens.
+    /// By cell and set: point k of every set lies in cell k of the lens. Then for each cell the least and
+    /// the greatest x, y of its points, with the jitter.
     pub v: Buffer,
-    /// Least and greatest x, y of the points in each cell, with the jitter.
-    pub cells: Buffer,
     /// Greatest |x| or |y| of any, with the jitter.
     pub greatest: f32,
     pub sets: u32,
@@ -45,10 +44,10 @@ impl LensPoints {
             .map(|b| widened(b, jitter))
             .collect();
         let greatest = cells.iter().flatten().map(|v| v.abs().max_element()).fold(0.0, f32::max);
-        let points: Vec<Vec2> = by_cell.into_iter().map(DVec2::as_vec2).collect();
+        let points = by_cell.into_iter().map(DVec2::as_vec2);
+        let table: Vec<Vec2> = points.chain(cells.into_iter().flatten()).collect();
         Self {
-            v: gpu.buffer_of("lens points", &points),
-            cells: gpu.buffer_of("cells of lens points", &cells),
+            v: gpu.buffer_of("lens points", &table),
             greatest,
             sets,
             jitter,

@@ -51,11 +51,12 @@ uniform! {
 }
 
 impl Tiles {
-    /// The parts in which the chunks of offsets are summed: as many as of the tile that spots
-    /// reach from farthest away, `grid_of` in the shader.
-    fn parts(&self, gpu: &Gpu, has_ellipses: bool) -> Vec<Self> {
-        let reach = TILE_PX * (self.window + 1);
-        let whole = chunks(2 * reach) + chunks(2 * reach + 1) * self.reduced;
+    /// The parts in which the chunks of offsets are summed: as many as of a tile that spots reach
+    /// from `reach_px` away, `grid_of` in the shader.
+    fn parts(&self, gpu: &Gpu, reach_px: f64, has_ellipses: bool) -> Vec<Self> {
+        // A tile's reach has half a pixel more for blocks, and is rounded.
+        let reach = (reach_px + 1.0).min(f64::from(TILE_PX * (self.window + 1))).ceil() as u32;
+        let whole = chunks(2 * reach) + chunks(reach + 4) * self.reduced;
         let step = if gpu.is_software() { chunks_a_part(has_ellipses) } else { whole };
         let part = |begin| Self { part_begin: begin, part_end: begin + step, is_first: (begin == 0).into(), ..*self };
         (0..whole).step_by(step as usize).map(part).collect()
@@ -100,7 +101,7 @@ impl Splatting {
         let reach = self.measure(frame, source, arrays, &tiles, measure);
         let goes_on = sums.is_some();
         let mut layers: [Texture; N] = sums.unwrap_or_else(|| std::array::from_fn(|_| none.clone()));
-        for part in tiles.parts(frame.gpu(), self.lens.astigmatism_px != 0.0) {
+        for part in tiles.parts(frame.gpu(), self.reach_px, self.lens.astigmatism_px != 0.0) {
             let part = Tiles { is_first: if goes_on { 0 } else { part.is_first }, ..part };
             let new = labels.map(|label| frame.texture(label, self.size, FORMAT));
             let pass = self.of_source(frame.pass(&SHADER, gather), source, arrays, &part);
