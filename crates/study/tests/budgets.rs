@@ -49,18 +49,18 @@ struct Budget {
 const BUDGETS: &[Budget] = &[
     Budget { method: "pinhole", passes: 1, indirect: 0, draws: [0, 0, 1], mb: 45 },
     Budget { method: "accumulation", passes: 129, indirect: 0, draws: [64, 64, 64], mb: 150 },
-    Budget { method: "mipmap", passes: 6, indirect: 0, draws: [0, 0, 1], mb: 99 },
-    Budget { method: "multiview", passes: 6, indirect: 0, draws: [0, 0, 3], mb: 780 },
-    Budget { method: "preblur", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 47 },
+    Budget { method: "mipmap", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 99 },
+    Budget { method: "multiview", passes: 6, indirect: 0, draws: [0, 0, 3], mb: 624 },
+    Budget { method: "preblur", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 46 },
     Budget { method: "separable", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 63 },
     Budget { method: "linear", passes: 2, indirect: 0, draws: [0, 0, 1], mb: 64 },
-    Budget { method: "pyramid", passes: 17, indirect: 0, draws: [0, 0, 1], mb: 155 },
+    Budget { method: "pyramid", passes: 17, indirect: 0, draws: [0, 0, 1], mb: 167 },
     Budget { method: "opaque", passes: 8, indirect: 0, draws: [0, 0, 1], mb: 101 },
-    Budget { method: "splat", passes: 7, indirect: 0, draws: [1, 1, 2], mb: 248 },
+    Budget { method: "splat", passes: 7, indirect: 0, draws: [1, 1, 2], mb: 239 },
     Budget { method: "scatter", passes: 108, indirect: 0, draws: [0, 0, 1], mb: 165 },
-    Budget { method: "gather", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 115 },
-    Budget { method: "lens-layers", passes: 30, indirect: 0, draws: [0, 0, 28], mb: 900 },
-    Budget { method: "adaptive", passes: 13, indirect: 6, draws: [0, 0, 4], mb: 1728 },
+    Budget { method: "gather", passes: 5, indirect: 0, draws: [0, 0, 1], mb: 80 },
+    Budget { method: "lens-layers", passes: 18, indirect: 0, draws: [0, 0, 4], mb: 328 },
+    Budget { method: "adaptive", passes: 12, indirect: 0, draws: [0, 0, 4], mb: 1539 },
 ];
 
 /// What a goal is about.

@@ -23,15 +23,16 @@ pub struct CoverageTable {
 }
 
 impl CoverageTable {
-    /// For `side` sub-pixels along each side of a pixel, 1 to 255.
-    pub fn new(side: u32) -> Self {
+    /// For `side` sub-pixels along each side of a pixel, 1 to 255, in at most so many bytes.
+    pub fn new(side: u32, most_bytes: u64) -> Self {
+        let most_counts = usize::try_from(most_bytes / 2).map_or(MOST_COUNTS, |most| most.min(MOST_COUNTS));
         let mut begins = vec![0];
         let mut counts: Vec<u16> = Vec::new();
         let mut reach = 0;
         while reach < MOST_REACH {
             let long = reach + 1;
             let of_column: Vec<Vec<u16>> = (0..=long).map(|short| counts_of(side, long, short)).collect();
-            if counts.len() + of_column.iter().map(Vec::len).sum::<usize>() > MOST_COUNTS {
+            if counts.len() + of_column.iter().map(Vec::len).sum::<usize>() > most_counts {
                 break;
             }
             for of_pixel in of_column {
@@ -90,7 +91,7 @@ mod tests {
     #[test]
     fn the_table_counts_what_circles_cover() {
         for side in [1, 2, 5, 10, 32] {
-            let table = CoverageTable::new(side);
+            let table = CoverageTable::new(side, u64::MAX);
             assert!(table.reach >= 4, "{side} sub-pixels: reach {}", table.reach);
             let circles = Circles::new(CircleSampling { coverage: Coverage::Uniform, sub_pixels: side });
             for step in 0..400 {
