@@ -238,7 +238,7 @@ pub enum WhileName {
     Still,
     /// The focus distance, by a hundredth
     Lens,
-    /// The camera: the scene is drawn anew
+    /// The camera: the scene is drawn anew, as the draft that the window shows until it rests
     Camera,
 }
 
