@@ -256,7 +256,7 @@ fn a_lost_device_is_told_and_the_state_can_be_saved() {
         if window.state().engine().is_lost() {
             break;
         }
-        std::thread::sleep(std::time::Duration::from_millis(20));
+        std::thread::sleep(Duration::from_millis(20));
     }
     assert!(window.state().engine().is_lost());
     let error = window.state().last_error().unwrap_or_default().to_owned();
