@@ -92,6 +92,9 @@ struct Marking {
 @group(1) @binding(3) var<storage, read> found_lights: array<Light>;
 @group(1) @binding(4) var<storage, read_write> light_tiles: array<u32>;
 
+/// Side of a tile, px: the workgroup's (`TILE_PX` in src/view/samples.rs).
+const TILE = 8u;
+
 /// Most layers, and texels a pixel on each side.
 const MOST_LAYERS = 4u;
 const MOST_TEXELS = 3u;
@@ -126,6 +129,6 @@ fn mark_lights(
     }
     workgroupBarrier();
     if index == 0u {
-        light_tiles[group.y * ((marking.size.x + 7u) / 8u) + group.x] = atomicLoad(&layers_lit);
+        light_tiles[group.y * ((marking.size.x + TILE - 1u) / TILE) + group.x] = atomicLoad(&layers_lit);
     }
 }

@@ -5,7 +5,7 @@
 // View i, from the lens point w, shows a surface of radius s at p + w * s where the pinhole
 // shows it at p: in its image the ray through lens point v is p - (v - w) * s.
 
-#import lens_rays
+#import ray_colors
 
 /// Whether there are off-centre views.
 override VIEWS: bool = true;

@@ -2,9 +2,9 @@
 // (src/methods/adaptive/mod.rs).
 
 #import layers
-#import lens_rays
 #import lens_views
 #import listed_tiles
+#import ray_colors
 #import sheet_rays
 
 /// Lens points of the 8x8 pixels of a tile: the first of each pixel, then the second of each...
@@ -18,6 +18,9 @@
 @group(0) @binding(4) var<storage, read> lights: array<Light>;
 /// By tile of the inner frame, the buckets that have something in any pixel, a bit each.
 @group(0) @binding(5) var<storage, read_write> tile_buckets: array<u32>;
+
+/// Emitters whose blur covers the tile.
+var<workgroup> emitter_count: u32;
 
 /// The layer that was hit, 0 the nearest.
 fn layer_number(hit: Hit) -> f32 {

@@ -225,7 +225,7 @@ const MAX_SWITCHES: usize = 6;
 pub struct Switches {
     values: [Option<(&'static str, bool)>; MAX_SWITCHES],
     /// Workgroup memory holds anything at the start, not zeros.
-    memory_as_it_is: bool,
+    uninitialized_memory: bool,
 }
 
 impl Switches {
@@ -243,8 +243,8 @@ impl Switches {
 
     /// For a shader that writes all of its workgroup memory before it reads it: zeros would be written
     /// for nothing.
-    pub fn with_memory_as_it_is(self) -> Self {
-        Self { memory_as_it_is: true, ..self }
+    pub fn with_uninitialized_memory(self) -> Self {
+        Self { uninitialized_memory: true, ..self }
     }
 
     fn constants(&self) -> Vec<(&'static str, f64)> {
@@ -371,7 +371,7 @@ impl Kernels {
                 entry_point: Some(entry),
                 compilation_options: wgpu::PipelineCompilationOptions {
                     constants: &switches.constants(),
-                    zero_initialize_workgroup_memory: !switches.memory_as_it_is,
+                    zero_initialize_workgroup_memory: !switches.uninitialized_memory,
                 },
                 cache: None,
             });

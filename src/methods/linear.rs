@@ -131,9 +131,7 @@ impl Table {
     /// The table of `sampling`; an empty one where there is no regular grid.
     fn of(gpu: &Gpu, sampling: CircleSampling) -> Self {
         let table = match sampling.coverage {
-            Coverage::Uniform => {
-                CoverageTable::new(sampling.sub_pixels, gpu.device().limits().max_storage_buffer_binding_size)
-            }
+            Coverage::Uniform => CoverageTable::new(sampling.sub_pixels, gpu.largest_binding_bytes()),
             _ => CoverageTable::default(),
         };
         let buffer = |label, words: &[u32]| gpu.buffer_of(label, if words.is_empty() { &[0] } else { words });

@@ -9,8 +9,9 @@ const SHADER: Shader = shader!("nearest");
 /// How far around a pixel each layer of [`Peeled::nearest`](super::Peeled::nearest) looks, px.
 pub const NEAREST_REACH_PX: [u32; 2] = [5, 13];
 
-/// How the layers follow from one another, the first of them from one that is not kept: so many pixels are asked on each side of a pixel, so many
-/// pixels apart. What they look at overlaps or touches: spacing <= 2 * reach + 1.
+/// How the layers follow from one another, the first of them from one that is not kept: pixels that are
+/// asked on each side of a pixel, and how far apart they lie, px. Windows overlap or touch:
+/// spacing <= 2 * reach + 1.
 const STEPS: [(u32, u32); 3] = [(1, 1), (2, 2), (1, 8)];
 
 /// How far, px, the sample of a place may lie from it: the pixel beside it.

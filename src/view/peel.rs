@@ -1,6 +1,6 @@
 //! Layers of surfaces, peeled front to back as the pinhole sees them.
 
-use super::samples::{Lights, MAX_DRAWS, Sampled, Samples};
+use super::samples::{Lights, MAX_DRAWS, Sampled, Samples, TILE_PX};
 use super::{Layer, LayerQuery, LensUniform, View, ViewError, hidden, nearest};
 use crate::gpu::{Buffer, Frame, Texture, TextureKey};
 use crate::lens::Lens;
@@ -95,9 +95,6 @@ uniform! {
         edge: f32,
     }
 }
-
-/// Side of a tile that gets hidden layers or none, px.
-const TILE_PX: u32 = 8;
 
 /// CoC radius, px, that a neighbour may reach behind an edge without any hidden surface
 /// showing: half a pixel is less than the tolerance of a hit and its texel.

@@ -18,6 +18,9 @@ pub const HIGHLIGHT_LIMIT: f32 = 2.0;
 /// Most samples a texel of the first layer on each axis.
 pub const MAX_DRAWS: u32 = 4;
 
+/// Side of a tile that gets hidden layers or none, and holds light or none, px.
+pub(super) const TILE_PX: u32 = 8;
+
 /// Bytes of `Light` in `shaders/lib/emitters.wgsl`.
 pub const LIGHT_BYTES: u64 = 48;
 
@@ -69,9 +72,9 @@ pub(super) struct Samples {
     pub lights: bool,
 }
 
-/// Tiles of 8x8 px of an image of `size` px.
+/// Tiles of an image of `size` px.
 fn tile_count(size: UVec2) -> u64 {
-    let tiles = size.map(|side| side.div_ceil(8));
+    let tiles = size.map(|side| side.div_ceil(TILE_PX));
     u64::from(tiles.x) * u64::from(tiles.y)
 }
 

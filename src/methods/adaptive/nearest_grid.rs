@@ -6,7 +6,7 @@ use crate::aperture::Aperture;
 use crate::lens::Lens;
 use crate::view::{NEAREST_REACH_PX, SAMPLE_SLACK_PX};
 
-/// Places of the grid on each side: `GRID_SIDE` in `shaders/lib/lens_rays.wgsl`. With a place every two
+/// Places of the grid on each side: `GRID_SIDE` in `shaders/lib/nearest_grid.wgsl`. With a place every two
 /// pixels that is enough for rays of 28 px, and takes 4.6 of the 16 kB that every adapter has.
 const GRID_SIDE: u32 = 34;
 
@@ -41,9 +41,8 @@ impl NearestGrid {
         if fits(&finest) {
             return finest;
         }
-        let farthest = usize::from(NEAREST_REACH_PX.len() > 1);
-        let coarser = (4..=2 * NEAREST_REACH_PX[farthest]).step_by(2).map(|spacing| grid(farthest, spacing));
-        coarser.into_iter().find(fits).unwrap_or(Self { reach_px: 0.0, ..finest })
+        let mut coarser = (4..=2 * NEAREST_REACH_PX[1]).step_by(2).map(|spacing_px| grid(1, spacing_px));
+        coarser.find(fits).unwrap_or(Self { reach_px: 0.0, ..finest })
     }
 }
 

@@ -66,7 +66,7 @@ impl Rays<'_> {
     }
 
     /// What the shaders of rays have code for: `override` constants of
-    /// `shaders/lib/lens_rays.wgsl`, `lens_views.wgsl` and `sheet_rays.wgsl`.
+    /// `shaders/lib/lens_rays.wgsl`; tracing has `VIEWS` of `lens_views.wgsl` beside them.
     fn switches(&self) -> Switches {
         Switches::of([
             ("ASTIGMATIC", self.adaptive.lens.astigmatism_px != 0.0),
@@ -137,7 +137,7 @@ impl Rays<'_> {
     fn composite_pass<'f, 'g>(&self, frame: &'f mut Frame<'g>, entry: &'static str) -> Pass<'f, 'g> {
         let samples = &self.peeled.samples.color;
         // What it has in workgroup memory it writes before it reads it.
-        let switches = Switches::default().with_memory_as_it_is();
+        let switches = Switches::default().with_uninitialized_memory();
         frame
             .specialized_pass(&COMPOSITE, entry, switches)
             .uniform("adaptive", self.adaptive)

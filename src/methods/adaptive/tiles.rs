@@ -121,7 +121,7 @@ pub(super) fn build(
         None => gpu.buffer("no tiles with lights", 4),
     };
     frame
-        .specialized_pass(&SHADER, "mark_tiles", Switches::default().with_memory_as_it_is())
+        .specialized_pass(&SHADER, "mark_tiles", Switches::default().with_uninitialized_memory())
         .uniform("adaptive", adaptive)
         .texture("depth", &peeled.depth)
         .texture("radii", &radii)

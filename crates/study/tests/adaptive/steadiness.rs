@@ -31,6 +31,17 @@ fn it_converges_to_accumulation_while_nothing_moves() {
     assert!(db[4] > 50.0, "{db:?}");
 }
 
+#[test]
+fn a_draft_gives_way_to_the_picture_at_rest() {
+    let mut view = textured_view(uvec2(64, 48), 16);
+    let at_rest = render(&Adaptive::default(), &mut view, &lens());
+    view.set_draft(true);
+    let draft = render(&Adaptive::default(), &mut view, &lens());
+    assert!(draft.pixels != at_rest.pixels, "a draft has all samples");
+    view.set_draft(false);
+    assert!(render(&Adaptive::default(), &mut view, &lens()).pixels == at_rest.pixels, "something of the draft stays");
+}
+
 /// Greatest of the mean absolute changes from frame to frame beyond the reference's own.
 fn greatest_excess(frames: &[(ColorImage, ColorImage)]) -> f32 {
     let change = |a: &ColorImage, b: &ColorImage| -> f32 {

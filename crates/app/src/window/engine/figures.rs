@@ -132,7 +132,7 @@ impl MetricsWorker {
         self.job.is_some()
     }
 
-    /// Starts a comparison unless `judged` has it already; true if something is to be
+    /// Starts a comparison unless `results` has it already; true if something is to be
     /// waited for.
     pub fn measure(
         &mut self,
